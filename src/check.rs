@@ -1,6 +1,6 @@
 //! `gmlc check`.
 
-use crate::cli::{CheckArgs, Format};
+use crate::cli::CheckArgs;
 use crate::error::CommandError;
 use crate::provenance::Provenance;
 use crate::saved::SavedFit;
@@ -29,13 +29,13 @@ fn check(script: &Path, args: &CheckArgs) -> Result<(), CommandError> {
         checked.add_slow_warnings()?;
     }
     let failed = checked.diagnostics.iter().any(|d| d.severity == Severity::Error);
-    match args.format {
-        Format::Json => println!("{:#}", document(&checked, !failed)),
-        Format::Text if failed => {
+    match args.result.is_json() {
+        true => println!("{:#}", document(&checked, !failed)),
+        false if failed => {
             let Checked { diagnostics, sources, .. } = checked;
             return Err(CommandError::from(Failed { diagnostics, sources }));
         }
-        Format::Text => {
+        false => {
             crate::diagnostics::print(&checked.diagnostics, &checked.sources);
             let Some(program) = &checked.program else {
                 println!("no model: a module for other scripts");

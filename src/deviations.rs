@@ -26,7 +26,8 @@ pub(crate) fn summary(report: &VarianceReport) -> String {
     };
     let mut rows = vec![row("all", &report.overall)];
     rows.extend(report.parts.iter().map(|p| row(&p.name, &p.statistics)));
-    let headings = ["part", "area mm2", "coverage", "mean", "sd", "signed mean", "rms", "95 %", "max"];
+    let headings =
+        ["part", "area mm2", "coverage", "mean mm", "sd mm", "signed mean mm", "rms mm", "95 % mm", "max mm"];
     let mut out = table::render(&headings, &rows);
     out.push_str(&format!(
         "distances in mm{}, at most {}; {}; found by {}\n",
@@ -136,7 +137,8 @@ fn at_points(points: &PointDistances, max_distance: f64) -> String {
     };
     let mut rows: Vec<Vec<String>> = vec![row("all", &points.overall)];
     rows.extend(points.parts.iter().map(|part| row(&part.name, &part.statistics)));
-    let headings = ["part", "points", "signed mean", "sd", "rms", "median", "95 %", "largest", "at"];
+    let headings =
+        ["part", "points", "signed mean mm", "sd mm", "rms mm", "median mm", "95 % mm", "largest mm", "at mm"];
     format!(
         "\n{}the scan's points from the exact surface: {:.1} % of {} have a distance, {} are farther than {} mm, {} only \
          beside surface that faces another way\n",
@@ -219,10 +221,10 @@ fn explained(parts: &[PartStatistics]) -> String {
         "part",
         "level mm",
         "beyond it",
-        "rms",
+        "rms mm",
         "parameters",
         "position",
-        "form",
+        "form mm",
         "what a change of one parameter would explain",
     ];
     format!("\n{}", table::render(&headings, &rows))
@@ -253,7 +255,7 @@ fn forms(parts: &[PartStatistics]) -> String {
     if rows.is_empty() {
         return String::new();
     }
-    let headings = ["part", "form", "minimum zone", "noise alone", "without noise", "cut-off", "left out"];
+    let headings = ["part", "form", "minimum zone mm", "noise alone mm", "without noise mm", "cut-off mm", "left out"];
     format!("\n{}", table::render(&headings, &rows))
 }
 
@@ -273,7 +275,7 @@ fn relations(datum: &DatumRelations) -> String {
     let mut out = String::new();
     if !datum.relations.is_empty() {
         let to = format!("to {}", datum.part);
-        let headings = ["part", &to, "model", "by points", "noise alone", "without noise", "at"];
+        let headings = ["part", &to, "model mm", "by points mm", "noise alone mm", "without noise mm", "at mm"];
         let rows: Vec<Vec<String>> = datum.relations.iter().map(row).collect();
         out.push_str(&format!("\n{}", table::render(&headings, &rows)));
     }
@@ -300,7 +302,8 @@ fn verdicts(report: &VarianceReport) -> String {
         let verdict = part.verdict.as_ref()?;
         let Tolerance { lower, upper } = part.statistics.tolerance?.tolerance?;
         let mut cells = vec![part.name.clone(), format!("{} to {}", table::number(lower), table::number(upper))];
-        cells.extend([verdict.value, verdict.again, verdict.uncertainty].map(table::number));
+        let uncertainty = Some(verdict.uncertainty);
+        cells.extend([verdict.value, verdict.again, verdict.uncertainty].map(|x| table::rounded(x, uncertainty)));
         cells.extend([probability(verdict), verdict.outcome.text().to_owned()]);
         Some(cells)
     };
@@ -308,7 +311,7 @@ fn verdicts(report: &VarianceReport) -> String {
     if rows.is_empty() {
         return String::new();
     }
-    let headings = ["part", "allowed", "value", "again", "uncertainty", "probability", "verdict"];
+    let headings = ["part", "allowed mm", "value mm", "again mm", "uncertainty mm", "probability", "verdict"];
     format!(
         "\n{}the value is the median deviation on the worst footprint, again what a second measurement would show there\n",
         table::render(&headings, &rows)
@@ -327,7 +330,9 @@ pub(crate) fn judge(report: &VarianceReport) -> Result<(), CommandError> {
     let line = |part: &PartStatistics| {
         let verdict = part.verdict.as_ref().filter(|v| v.outcome != Outcome::Conforms)?;
         let Tolerance { lower, upper } = part.statistics.tolerance?.tolerance?;
-        let [value, uncertainty, lower, upper] = [verdict.value, verdict.uncertainty, lower, upper].map(table::number);
+        let [value, uncertainty] =
+            [verdict.value, verdict.uncertainty].map(|x| table::rounded(x, Some(verdict.uncertainty)));
+        let [lower, upper] = [lower, upper].map(table::number);
         let [x, y, z] = verdict.place.map(table::number);
         let measured = format!(
             "{value} mm (standard uncertainty {uncertainty} mm) on {} mm2 around ({x}, {y}, {z}), allowed are {lower} to {upper} mm",

@@ -1,6 +1,6 @@
 //! Diagnostics for people: the source underlined, the error beside it, and suggested fixes.
 
-use crate::print;
+use crate::{print, verbosity};
 use annotate_snippets::{Annotation, AnnotationKind, Group, Level, Patch, Renderer, Snippet};
 use gml_compiler::diagnostic::{Diagnostic, Edit, Severity, Suggestion};
 use gml_compiler::source::{FileId, Sources, Span};
@@ -14,7 +14,7 @@ const WIDTH: usize = 120;
 
 /// Prints diagnostics to standard error, in colour if that is a terminal.
 pub(crate) fn print(diagnostics: &[Diagnostic], sources: &Sources) {
-    let colour = std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
+    let colour = std::io::stderr().is_terminal() && verbosity::allows_colour();
     print::styled(&render(diagnostics, sources, colour));
 }
 

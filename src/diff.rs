@@ -7,7 +7,7 @@ use crate::{script, values};
 pub(crate) fn run(args: &DiffArgs) -> Result<(), CommandError> {
     let program = script::compile(&args.script.model, &args.script.compile)?;
     if let Some(name) = &args.wrt {
-        values::parameter("--wrt", name, program.parameters())?;
+        values::parameter("--wrt", name, &program)?;
     }
     print!("{}", program.derivative_text(args.wrt.as_deref()));
     Ok(())

@@ -84,7 +84,8 @@ pub(crate) fn document(program: &Program, x: &[f64]) -> Value {
 /// A table of the measures of a fit; nothing if there are none.
 pub(crate) fn fitted(measures: &[FittedMeasure]) -> String {
     let row = |m: &FittedMeasure| {
-        let shown = |figure: Option<f64>| figure.map_or_else(String::new, |f| table::number(m.written(f).0));
+        let sd = m.sd.map(|sd| m.written(sd).0);
+        let shown = |figure: Option<f64>| figure.map_or_else(String::new, |f| table::rounded(m.written(f).0, sd));
         let [from, to] = [m.tolerance.map(|t| t.lower), m.tolerance.map(|t| t.upper)].map(shown);
         let unit = m.written(0.0).1.to_owned();
         let [value, sd, nominal, deviation] = [m.value, m.sd, m.nominal, m.deviation()].map(shown);
@@ -101,7 +102,7 @@ pub(crate) fn fitted(measures: &[FittedMeasure]) -> String {
 /// A table of the verdicts on measures; nothing if there are none.
 pub(crate) fn verdicts(report: &VarianceReport) -> String {
     let row = |m: &DimensionVerdict| {
-        let shown = |figure: f64| table::number(m.written(figure).0);
+        let shown = |figure: f64| table::rounded(m.written(figure).0, Some(m.written(m.uncertainty).0));
         let allowed = format!("{} to {}", shown(m.tolerance.lower), shown(m.tolerance.upper));
         let mut cells = vec![m.name.clone(), m.written(0.0).1.to_owned()];
         cells.extend([m.value, m.nominal, m.deviation].map(shown));
@@ -121,7 +122,8 @@ pub(crate) fn verdicts(report: &VarianceReport) -> String {
 /// A table of measures by the measured points of parts; nothing if there are none.
 pub(crate) fn by_points(report: &VarianceReport) -> String {
     let row = |m: &PointMeasure| {
-        let shown = |figure: f64| table::number(written(figure, &m.unit).0);
+        let sd = m.uncertainty.map(|sd| written(sd, &m.unit).0);
+        let shown = |figure: f64| table::rounded(written(figure, &m.unit).0, sd);
         let [value, uncertainty] = [m.value, m.uncertainty].map(|f| f.map_or_else(String::new, shown));
         let figure = m.figure.clone().unwrap_or_default();
         let unit = written(0.0, &m.unit).1.to_owned();
@@ -147,7 +149,7 @@ pub(crate) fn by_points(report: &VarianceReport) -> String {
 /// A line for every measure that does not conform, or that is undecided.
 pub(crate) fn lines(report: &VarianceReport) -> impl Iterator<Item = String> {
     let line = |m: &DimensionVerdict| {
-        let shown = |figure: f64| table::number(m.written(figure).0);
+        let shown = |figure: f64| table::rounded(m.written(figure).0, Some(m.written(m.uncertainty).0));
         let unit = match m.written(0.0).1 {
             "" => String::new(),
             unit => format!(" {unit}"),

@@ -21,7 +21,9 @@ pub(crate) fn run(args: &DocArgs) -> Result<(), CommandError> {
         let path = folder.join(&page.name);
         outputs::require_apart(&path, [args.script.as_path()])?;
         atomic::write(&path, page.text.as_bytes()).map_err(CommandError::failed)?;
-        println!("wrote {}", path.display());
+    }
+    if let Some(first) = pages.first() {
+        outputs::wrote_files(folder, &first.name, pages.len());
     }
     Ok(())
 }

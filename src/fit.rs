@@ -1,14 +1,13 @@
 //! `gmlc fit`.
 
-use crate::cli::{FitArgs, FitControls, Format, NormalsArg, ScanArgs};
+use crate::cli::{FitArgs, FitControls, NormalsArg, ScanArgs};
 use crate::error::CommandError;
 use crate::progress::TerminalProgress;
 use crate::provenance::Provenance;
 use crate::subject::Subject;
 use crate::values::{self, Range};
-use crate::{dimensions, interrupt, outputs, record, script, search, table};
+use crate::{dimensions, interrupt, outputs, record, script, search, table, verbosity};
 use gml_compiler::program::{Program, Quantity};
-use gml_runtime::export::{atomic, json};
 use gml_runtime::fit::{
     self, Bootstrap, FitError, FitOptions, FitResult, HypothesisTest, InputValues, PoseCovariance, SearchError,
     WithoutSd,
@@ -42,11 +41,13 @@ pub(crate) fn run(args: &FitArgs) -> Result<(), CommandError> {
     outputs::make_parents(args.output.iter().chain(&args.controls.trace))?;
     write_trace(args.controls.trace.as_deref(), &result)?;
     if let Some(path) = &args.output {
-        json::write(path, &result).map_err(CommandError::failed)?;
+        outputs::write_json(path, &result)?;
     }
-    match args.format {
-        Format::Text => print!("{}", summary(&result)),
-        Format::Json => println!("{}", serde_json::to_string_pretty(&result).map_err(CommandError::failed)?),
+    // What is on standard output already is a result for programs.
+    match (args.output.as_deref().is_some_and(outputs::is_stream), args.result.is_json()) {
+        (true, _) => {}
+        (_, true) => outputs::print_json(&result)?,
+        _ => print!("{}", summary(&result)),
     }
     unless_interrupted(&result)?;
     judge(&result)
@@ -116,13 +117,12 @@ pub(crate) fn write_trace(path: Option<&Path>, result: &FitResult) -> Result<(),
             t.stage, t.evaluations, t.points, t.sigma, t.objective, t.inliers
         ));
     }
-    outputs::make_parent(path)?;
-    atomic::write(path, text.as_bytes()).map_err(CommandError::failed)
+    outputs::write(path, text.as_bytes())
 }
 
 /// Reads and cleans a scan.
 pub(crate) fn read_scan(args: &ScanArgs) -> Result<Scan, CommandError> {
-    scan::read(&args.scan, args.unit).map_err(CommandError::failed)
+    verbosity::timed("reading the scan", || scan::read(&args.scan, args.unit)).map_err(CommandError::failed)
 }
 
 /// Options from the command line.
@@ -130,20 +130,20 @@ pub(crate) fn options(controls: &FitControls, program: &Program) -> Result<FitOp
     let parameters = program.parameters();
     let mut options = FitOptions::default();
     for (name, value) in &controls.values {
-        let (i, value) = values::parameter_value("-p", name, value, parameters)?;
+        let (i, value) = values::parameter_value("-p", name, value, program)?;
         options.start.insert(parameters[i].name.clone(), value);
     }
     for given in &controls.fix {
         let (name, value) = given.split_once('=').map_or((given.trim(), None), |(n, value)| (n.trim(), Some(value)));
         match value {
             Some(text) => {
-                let (_, value) = values::parameter_value("--fix", name, text, parameters)?;
+                let (_, value) = values::parameter_value("--fix", name, text, program)?;
                 if options.start.insert(name.to_owned(), value).is_some_and(|other| other != value) {
                     let message = format!("--fix {name}={}: another value of {name} is given as well", text.trim());
                     return Err(CommandError::usage(message));
                 }
             }
-            None => _ = values::parameter("--fix", name, parameters)?,
+            None => _ = values::parameter("--fix", name, program)?,
         }
         if !options.fixed.iter().any(|other| other == name) {
             options.fixed.push(name.to_owned());
@@ -155,7 +155,7 @@ pub(crate) fn options(controls: &FitControls, program: &Program) -> Result<FitOp
             return Err(CommandError::usage(format!("--equal {}: expected two names or more, such as a,b", names[0])));
         }
         for name in &names {
-            values::parameter("--equal", name, parameters)?;
+            values::parameter("--equal", name, program)?;
         }
         options.equal.push(names.into_iter().map(str::to_owned).collect());
     }
@@ -204,7 +204,8 @@ fn bootstrap_table(bootstrap: &Bootstrap, fit: &FitResult) -> String {
         .iter()
         .map(|r| {
             let degrees = fit.parameters.iter().any(|p| p.name == r.name && p.quantity == Quantity::Angle);
-            let shown = |x: f64| table::number(if degrees { x.to_degrees() } else { x });
+            let written = |x: f64| if degrees { x.to_degrees() } else { x };
+            let shown = |x: f64| table::rounded(written(x), Some(written(r.sd)));
             vec![r.name.clone(), shown(r.sd), shown(r.low), shown(r.high)]
         })
         .collect();
@@ -237,7 +238,8 @@ pub(crate) fn summary(fit: &FitResult) -> String {
         .iter()
         .map(|p| {
             let degrees = p.quantity == Quantity::Angle;
-            let shown = |x: f64| table::number(if degrees { x.to_degrees() } else { x });
+            let written = |x: f64| if degrees { x.to_degrees() } else { x };
+            let shown = |x: f64| table::rounded(written(x), p.sd.map(written));
             let state = p.without_sd.map_or("", WithoutSd::text);
             let unit = if degrees { "deg" } else { &p.unit };
             vec![p.name.clone(), shown(p.value), p.sd.map(shown).unwrap_or_default(), unit.into(), state.into()]

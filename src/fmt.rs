@@ -1,6 +1,6 @@
 //! `gmlc fmt`.
 
-use crate::cli::{FmtArgs, Format};
+use crate::cli::FmtArgs;
 use crate::error::CommandError;
 use crate::files;
 use gml_compiler::format::{FormatError, format};
@@ -126,10 +126,10 @@ impl Report {
             Ok(None) => {}
             Ok(Some(line)) => {
                 self.changed += 1;
-                match (args.format, args.check) {
-                    (Format::Json, _) => {}
-                    (Format::Text, true) => println!("{name}:{line}: is not formatted"),
-                    (Format::Text, false) => println!("formatted {name}"),
+                match (args.result.is_json(), args.check) {
+                    (true, _) => {}
+                    (false, true) => println!("{name}:{line}: is not formatted"),
+                    (false, false) => println!("formatted {name}"),
                 }
             }
             Err(CommandError::Script(errors)) => self.add_errors(*errors),
@@ -155,9 +155,9 @@ impl Report {
     }
 
     fn finish(self, count: usize, args: &FmtArgs) -> Result<(), CommandError> {
-        match args.format {
-            Format::Json => println!("{:#}", Value::Array(self.documents)),
-            Format::Text => {
+        match args.result.is_json() {
+            true => println!("{:#}", Value::Array(self.documents)),
+            false => {
                 let files = |n: usize| format!("{n} file{}", if n == 1 { "" } else { "s" });
                 let done = if args.check { "to be formatted" } else { "formatted" };
                 let failed = self.failures.len() + self.errors.iter().map(|e| e.sources.iter().count()).sum::<usize>();

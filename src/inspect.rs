@@ -5,18 +5,22 @@ use crate::error::CommandError;
 use crate::progress::TerminalProgress;
 use crate::subject::Subject;
 use crate::{deviations, fit, interrupt, measure, outputs, record};
-use gml_runtime::export::folder::{FIT, ResultFolder};
+use gml_compiler::program::Program;
+use gml_runtime::export::folder::{FIT, REPORT, ResultFolder};
 use gml_runtime::export::json;
-use gml_runtime::fit::FitOptions;
+use gml_runtime::fit::{FitOptions, FitResult};
 use gml_runtime::inspect::{InspectError, Inspection};
 use gml_runtime::record::Record;
 use gml_runtime::variance::{self, MeasureOptions};
-use std::path::Path;
 
 pub(crate) fn run(args: &InspectArgs) -> Result<(), CommandError> {
     // Errors in the command line are reported before any work is done.
     let options = measure::options(&args.variance)?;
-    let subject = Subject::compiled(&args.script, args.params.as_deref(), &args.search, &args.fit)?;
+    let subject = if args.no_fit {
+        Subject::fitted(&args.script, args.params.as_ref())?
+    } else {
+        Subject::compiled(&args.script, args.params.as_deref(), &args.search, &args.fit)?
+    };
     let record = record::of_process(&args.report, &args.script.model)?;
     inspect(&subject, args, &options, record, &TerminalProgress::new())
 }
@@ -30,7 +34,7 @@ pub(crate) fn inspect(
     progress: &TerminalProgress,
 ) -> Result<(), CommandError> {
     let inputs = outputs::inputs([&args.script.model, &args.scan.scan], args.params.as_ref());
-    outputs::require_folder_apart(&args.output, true, inputs)?;
+    outputs::require_folder_apart(&args.output, !args.no_fit, inputs)?;
     outputs::require_files(&args.fit.trace)?;
     if let Some(trace) = &args.fit.trace {
         let stated = record::fields_file(&args.script.model);
@@ -54,18 +58,24 @@ pub(crate) fn inspect(
         Ok(inspection) => inspection,
         Err(error) => {
             progress.finish();
-            keep_fit(folder);
+            if !args.no_fit {
+                keep_fit(folder);
+            }
             return Err(error);
         }
     };
-    folder.finish(None).map_err(CommandError::failed)?;
+    let kept = outputs::is_fit_of(&args.output, args.params.as_deref());
+    outputs::finish(folder, &args.output, kept.then_some(FIT), REPORT)?;
 
     let report = &inspection.measurement.report;
+    if args.result.is_json() {
+        let output = args.output.display().to_string();
+        outputs::print_json(&serde_json::json!({ "output": output, "fit": inspection.fit, "variance": report }))?;
+    }
     // What both say of the scan is said once.
     let mut fitted = inspection.fit.clone();
     fitted.warnings.retain(|warning| !report.warnings.contains(warning));
-    print!("{}\n{}", fit::summary(&fitted), deviations::summary(report));
-    println!("written to {}: report.html, model.x3d, fit.json, variance.json and pictures", args.output.display());
+    args.result.text(&format!("{}\n{}", fit::summary(&fitted), deviations::summary(report)));
     // Deviations from a model that was not fitted are no verdict on the object, but they are said.
     match (fit::judge(&inspection.fit), deviations::judge(report)) {
         (Err(unreliable), Err(deviations)) => {
@@ -86,29 +96,51 @@ fn document(
     progress: &TerminalProgress,
     folder: &ResultFolder,
 ) -> Result<Inspection, CommandError> {
-    // Of a fit that is interrupted the best so far is kept; once it is written, a signal ends all at once.
-    let grace = interrupt::grace();
-    let (searched, mut fitted) = fitting.run(fit_options, progress)?;
-    fitted.provenance = Some(record.clone());
-    json::write(&folder.path().join(FIT), &fitted).map_err(|e| outputs::failed_write(folder, e))?;
-    fit::write_trace(args.fit.trace.as_deref(), &fitted)?;
-    fit::unless_interrupted(&fitted)?;
-    drop(grace);
-
-    let program = searched.as_ref().unwrap_or(&fitting.subject.program);
+    let subject = fitting.subject;
+    let mut warnings = Vec::new();
+    let (searched, fitted) = match subject.saved.as_ref().filter(|_| args.no_fit) {
+        Some(saved) => {
+            warnings.extend(saved.about_scan(&fitting.scan.source)?);
+            (None, saved.clone().into_measured(&subject.program, &subject.provenance))
+        }
+        None => fitted(fitting, fit_options, args, record, progress, folder)?,
+    };
+    let program = searched.as_ref().unwrap_or(&subject.program);
     let inspection = Inspection::of_fit(program, fitted, fitting.scan, options, progress);
     let mut inspection = inspection.map_err(|e| match e {
         InspectError::Measure(error) => error.into(),
         error => CommandError::failed(error),
     })?;
     inspection.measurement.report.provenance = Some(record.clone());
-    let texts = program.sources().scripts();
-    let scripts: Vec<(String, String)> =
-        texts.map(|file| (record::file_name(Path::new(file.name.as_str())), file.text.to_string())).collect();
-    let written = inspection.write(folder.path(), fitting.scan, &scripts, measure::extras(&args.variance), progress);
+    inspection.measurement.report.warnings.extend(warnings);
+    let (scripts, extras) = (record::scripts(program), measure::extras(&args.variance));
+    let written = if outputs::is_fit_of(&args.output, args.params.as_deref()) {
+        inspection.documents(&scripts).write(folder.path(), fitting.scan, extras, progress)
+    } else {
+        inspection.write(folder.path(), fitting.scan, &scripts, extras, progress)
+    };
     progress.finish();
     written.map_err(|e| outputs::failed(folder, e))?;
     Ok(inspection)
+}
+
+/// Fits, and writes the fit into the folder: of one that is interrupted the best so far is kept. Once it is written, a
+/// signal ends all at once.
+fn fitted(
+    fitting: &fit::Fitting<'_>,
+    options: &FitOptions,
+    args: &InspectArgs,
+    record: &Record,
+    progress: &TerminalProgress,
+    folder: &ResultFolder,
+) -> Result<(Option<Program>, FitResult), CommandError> {
+    let _grace = interrupt::grace();
+    let (searched, mut fitted) = fitting.run(options, progress)?;
+    fitted.provenance = Some(record.clone());
+    json::write(&folder.path().join(FIT), &fitted).map_err(|e| outputs::failed_write(folder, e))?;
+    fit::write_trace(args.fit.trace.as_deref(), &fitted)?;
+    fit::unless_interrupted(&fitted)?;
+    Ok((searched, fitted))
 }
 
 /// Keeps the fit even if something failed after it.

@@ -6,6 +6,7 @@ mod print;
 mod check;
 mod cli;
 mod compare;
+mod defaults;
 mod deviations;
 mod diagnostics;
 mod diff;
@@ -20,6 +21,7 @@ mod fit;
 mod fmt;
 mod inspect;
 mod interrupt;
+mod manual;
 mod measure;
 mod mesh;
 mod outputs;
@@ -36,9 +38,9 @@ mod subject;
 mod table;
 mod values;
 mod variance;
+mod verbosity;
 
-use clap::Parser;
-use cli::{Cli, Command};
+use cli::Command;
 use error::CommandError;
 use std::process::ExitCode;
 
@@ -46,7 +48,15 @@ fn main() -> ExitCode {
     environment::without_display();
     // A reader that closes the pipe early, such as `head`, ends the command quietly.
     sigpipe::reset();
-    let cli = Cli::parse_from(cli::with_negative_values(std::env::args_os()));
+    let cli = match defaults::parse(cli::with_negative_values(std::env::args_os())) {
+        Ok(cli) => cli,
+        Err(error) => {
+            error.print();
+            return ExitCode::from(error.status());
+        }
+    };
+    cli.verbosity.apply();
+    defaults::say();
     if let Some(notice) = gml_runtime::workers::limit_threads() {
         eprintln!("warning: {notice}");
     }
@@ -86,5 +96,7 @@ fn run(command: &Command) -> Result<(), CommandError> {
         Command::Inspect(args) => inspect::run(args),
         Command::Compare(args) => compare::run(args),
         Command::Repl(args) => repl::run(args),
+        Command::Completions(args) => manual::completions(args),
+        Command::Man(args) => manual::pages(args),
     }
 }

@@ -9,8 +9,12 @@ use crate::script::{Valued, compile_valued};
 use gml_compiler::program::Program;
 use gml_runtime::export::mesh::{self, MeshFormat};
 use gml_runtime::mesh::TriangleMesh;
-use gml_runtime::model::{Atlas, Fineness, Model, Motion, Passages, Tessellation};
+use gml_runtime::model::{Atlas, Fineness, Instance, Model, Motion, Passages, Tessellation};
+use serde_json::json;
 use std::path::Path;
+
+/// The format of a picture.
+const PICTURE: &str = "png";
 
 /// Texels per side of the atlas whose texture coordinates a mesh has.
 const ATLAS: u32 = 1024;
@@ -23,7 +27,7 @@ const MOST_TRIANGLES: usize = 10_000_000;
 
 pub(crate) fn run(args: &MeshArgs) -> Result<(), CommandError> {
     // Errors in the command line are reported before any work is done.
-    framing(args)?;
+    kind(args)?;
     outputs::require_apart(&args.output, outputs::inputs([&args.script.model], args.values.params.as_ref()))?;
     let valued = compile_valued(&args.script.model, &args.script.compile, &args.values)?;
     valued.warn_of_doubt();
@@ -31,15 +35,22 @@ pub(crate) fn run(args: &MeshArgs) -> Result<(), CommandError> {
     write_model(args, &program, &x, &motion)
 }
 
+/// What is written.
+#[derive(Clone, Copy)]
+enum Kind {
+    Mesh(MeshFormat),
+    Picture(Framing),
+}
+
 /// Writes the moved surface of a model at x.
 pub(crate) fn write_model(args: &MeshArgs, program: &Program, x: &[f64], motion: &Motion) -> Result<(), CommandError> {
-    let framing = framing(args)?;
+    let kind = kind(args)?;
     outputs::require_apart_from_scripts(&args.output, program)?;
     let instance = Model::instantiate(program, x).map_err(CommandError::failed)?;
-    let chord = match (args.chord, &framing) {
+    let chord = match (args.chord, &kind) {
         (Some(chord), _) => chord,
-        (None, Some(framing)) => framing.chord(program, &*instance).map_err(CommandError::failed)?,
-        (None, None) => CHORD,
+        (None, Kind::Picture(framing)) => framing.chord(program, &*instance).map_err(CommandError::failed)?,
+        (None, Kind::Mesh(_)) => CHORD,
     };
     let mut fineness = Fineness { chord, ..Fineness::default() };
     if args.chord.is_some() {
@@ -50,14 +61,30 @@ pub(crate) fn write_model(args: &MeshArgs, program: &Program, x: &[f64], motion:
     progress.finish();
     let mut tessellation = tessellation.map_err(CommandError::failed)?;
     motion.move_tessellation(&mut tessellation);
-    if let Some(framing) = framing {
-        outputs::make_parent(&args.output)?;
-        framing.write(&args.output, &tessellation)?;
-        let parts = tessellation.mesh.groups.len();
-        println!("{}: {} x {} pixels, {parts} parts", args.output.display(), framing.width, framing.height);
-        return Ok(());
+    match kind {
+        Kind::Picture(framing) => {
+            outputs::write(&args.output, &framing.png(&tessellation)?)?;
+            let parts = tessellation.mesh.groups.len();
+            let Framing { width, height, .. } = framing;
+            let result = json!({ "output": outputs::named(&args.output), "width": width, "height": height,
+                "parts": parts, "warnings": [] });
+            let line = format!("{}: {width} x {height} pixels, {parts} parts", args.output.display());
+            args.json.print(&args.output, &result, &line);
+            Ok(())
+        }
+        Kind::Mesh(format) => write_surface(args, program, &*instance, tessellation, chord, format),
     }
-    let format = check_format(&args.output, ".obj, .ply or .stl")?;
+}
+
+/// Writes the tessellation of a model as a mesh. `chord` is the distance from the surface that was asked for.
+fn write_surface(
+    args: &MeshArgs,
+    program: &Program,
+    instance: &dyn Instance,
+    mut tessellation: Tessellation,
+    chord: f64,
+    format: MeshFormat,
+) -> Result<(), CommandError> {
     if tessellation.mesh.triangles.is_empty() {
         let why = match program.parts().len() {
             0 => "it has no parts",
@@ -67,63 +94,86 @@ pub(crate) fn write_model(args: &MeshArgs, program: &Program, x: &[f64], motion:
     }
     // STL has no texture coordinates.
     if format != MeshFormat::Stl {
-        let atlas = Atlas::linear(program, &*instance, ATLAS).map_err(CommandError::failed)?;
+        let atlas = Atlas::linear(program, instance, ATLAS).map_err(CommandError::failed)?;
         tessellation = tessellation.with_atlas(&atlas);
     }
-    let passages = Passages::of_tessellation(&tessellation, program, &*instance).map_err(CommandError::failed)?;
+    let passages = Passages::of_tessellation(&tessellation, program, instance).map_err(CommandError::failed)?;
     let mesh = &tessellation.mesh;
     write(&args.output, mesh, format)?;
+    let warnings = warnings(&tessellation, chord, format, passages.map(|passages| passages.sentence()));
     let vertices = mesh.position_numbers().into_iter().max().map_or(0, |last| last + 1);
-    println!(
-        "{}: {vertices} vertices, {} triangles, {} parts, within {:.3e} mm of the surface",
+    let (triangles, parts) = (mesh.triangles.len(), mesh.groups.len());
+    let result = json!({ "output": outputs::named(&args.output), "vertices": vertices, "triangles": triangles,
+        "parts": parts, "chord": tessellation.chord, "warnings": warnings });
+    let line = format!(
+        "{}: {vertices} vertices, {triangles} triangles, {parts} parts, within {:.3e} mm of the surface",
         args.output.display(),
-        mesh.triangles.len(),
-        mesh.groups.len(),
         tessellation.chord,
     );
-    let largest = mesh.positions.iter().flatten().fold(0.0_f64, |most, c| most.max(c.abs()));
-    // Half a unit in the last place of a number in single precision.
-    let rounding = largest * f64::from(f32::EPSILON) / 2.0;
-    if format == MeshFormat::Stl && rounding > 0.1 * chord {
-        eprintln!(
-            "warning: STL has single precision: so far from the origin its points are off by up to {rounding:.1e} mm; write \
-             .obj or .ply"
-        );
-    }
-    if let Some(passages) = passages {
-        eprintln!("warning: {}", passages.sentence());
-    }
-    if tessellation.chord > chord {
-        eprintln!(
-            "warning: the mesh leaves the surface by up to {:.3e} mm, more than --chord {chord}mm: it is the best that \
-             was reached; where the surface jumps, or bends too narrowly, none may be",
-            tessellation.chord
-        );
-    }
+    args.json.print(&args.output, &result, &line);
+    warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
     Ok(())
 }
 
-/// The framing of a picture; none if the output is a mesh.
-fn framing(args: &MeshArgs) -> Result<Option<Framing>, CommandError> {
-    if args.output.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("png")) {
+/// Sentences on what the mesh is not, or the model.
+fn warnings(tessellation: &Tessellation, chord: f64, format: MeshFormat, passages: Option<String>) -> Vec<String> {
+    let mut warnings = Vec::new();
+    let largest = tessellation.mesh.positions.iter().flatten().fold(0.0_f64, |most, c| most.max(c.abs()));
+    // Half a unit in the last place of a number in single precision.
+    let rounding = largest * f64::from(f32::EPSILON) / 2.0;
+    if format == MeshFormat::Stl && rounding > 0.1 * chord {
+        warnings.push(format!(
+            "STL has single precision: so far from the origin its points are off by up to {rounding:.1e} mm; write .obj or \
+             .ply"
+        ));
+    }
+    warnings.extend(passages);
+    if tessellation.chord > chord {
+        warnings.push(format!(
+            "the mesh leaves the surface by up to {:.3e} mm, more than --chord {chord}mm: it is the best that was reached; \
+             where the surface jumps, or bends too narrowly, none may be",
+            tessellation.chord
+        ));
+    }
+    warnings
+}
+
+/// What the options ask for: by --format, or else by the ending of the file's name.
+fn kind(args: &MeshArgs) -> Result<Kind, CommandError> {
+    args.json.require_apart(&args.output)?;
+    let is_picture = match &args.format {
+        Some(format) => format == PICTURE,
+        None => args.output.extension().is_some_and(|ending| ending.eq_ignore_ascii_case(PICTURE)),
+    };
+    if is_picture {
         let (width, height) = args.size.unwrap_or((640, 640));
-        return Ok(Some(Framing { view: args.view.unwrap_or_else(picture::corner), width, height }));
+        return Ok(Kind::Picture(Framing { view: args.view.unwrap_or_else(picture::corner), width, height }));
     }
     if args.view.is_some() || args.size.is_some() {
         return Err(CommandError::usage("--view and --size require a picture: -o must end in .png"));
     }
-    check_format(&args.output, ".obj, .ply, .stl or .png")?;
-    Ok(None)
+    format_of(&args.output, args.format.as_deref(), ".obj, .ply, .stl or .png").map(Kind::Mesh)
 }
 
-/// The mesh format of a file name. `known` names the formats for the message.
-pub(crate) fn check_format(path: &Path, known: &str) -> Result<MeshFormat, CommandError> {
-    MeshFormat::of(path)
-        .ok_or_else(|| CommandError::usage(format!("-o {}: the file name must end in {known}", path.display())))
+/// The format of a mesh by --format, or else by the ending of its file's name. `known` names the endings for the
+/// message.
+pub(crate) fn format_of(path: &Path, format: Option<&str>, known: &str) -> Result<MeshFormat, CommandError> {
+    if outputs::is_stream(path) && format.is_none() {
+        return Err(CommandError::usage("-o -: standard output has no name that says the format; add --format ply"));
+    }
+    let format = format.map_or_else(|| MeshFormat::of(path), MeshFormat::named);
+    format.ok_or_else(|| CommandError::usage(format!("-o {}: the file name must end in {known}", path.display())))
 }
 
 /// Writes a mesh, creating the folder that it is in.
 pub(crate) fn write(path: &Path, mesh: &TriangleMesh, format: MeshFormat) -> Result<(), CommandError> {
+    if outputs::is_stream(path) {
+        let mut bytes = Vec::new();
+        mesh::write_to(&mut bytes, mesh, format).map_err(CommandError::failed)?;
+        return outputs::write(path, &bytes);
+    }
     outputs::make_parent(path)?;
-    mesh::write(path, mesh, format).map_err(CommandError::failed)
+    mesh::write(path, mesh, format).map_err(CommandError::failed)?;
+    outputs::wrote(path);
+    Ok(())
 }

@@ -1,15 +1,60 @@
 //! What a command writes never replaces what it reads, and a folder of results is that of one run.
 
 use crate::error::CommandError;
-use crate::files::folder_of;
+use crate::files::{self, folder_of};
+use crate::print;
 use gml_compiler::program::Program;
-use gml_runtime::export::atomic::WriteError;
+use gml_runtime::export::atomic::{self, WriteError};
 use gml_runtime::export::folder::{self, ResultFolder};
+use gml_runtime::export::json;
 use gml_runtime::export::measurement::DocumentError;
+use serde::Serialize;
 use std::path::{Path, PathBuf};
+
+/// Whether an output is standard output: `-o -`. A file of that name is `./-`.
+pub(crate) fn is_stream(path: &Path) -> bool {
+    path == Path::new("-")
+}
+
+/// An output as results name it: nothing for standard output.
+pub(crate) fn named(path: &Path) -> Option<String> {
+    (!is_stream(path)).then(|| path.display().to_string())
+}
+
+/// Writes a file, creating the folder that it is in, and says where; or writes to standard output.
+pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result<(), CommandError> {
+    if is_stream(path) {
+        print::bytes(bytes);
+        return Ok(());
+    }
+    make_parent(path)?;
+    atomic::write(path, bytes).map_err(CommandError::failed)?;
+    wrote(path);
+    Ok(())
+}
+
+/// Writes a result as a JSON file likewise.
+pub(crate) fn write_json(path: &Path, result: &impl Serialize) -> Result<(), CommandError> {
+    if is_stream(path) {
+        return print_json(result);
+    }
+    make_parent(path)?;
+    json::write(path, result).map_err(CommandError::failed)?;
+    wrote(path);
+    Ok(())
+}
+
+/// Prints a result as JSON.
+pub(crate) fn print_json(result: &impl Serialize) -> Result<(), CommandError> {
+    println!("{}", serde_json::to_string_pretty(result).map_err(CommandError::failed)?);
+    Ok(())
+}
 
 /// Refuses an output file that is one of the files that are read.
 pub(crate) fn require_apart<'a>(output: &Path, inputs: impl IntoIterator<Item = &'a Path>) -> Result<(), CommandError> {
+    if is_stream(output) {
+        return Ok(());
+    }
     let Ok(real) = output.canonicalize() else { return Ok(()) };
     match inputs.into_iter().find(|input| is_one(input, &real)) {
         Some(_) => Err(CommandError::usage(format!(
@@ -53,7 +98,7 @@ pub(crate) fn require_two(first: Option<&PathBuf>, second: Option<&PathBuf>) -> 
 
 /// Refuses outputs that are folders before any work is done: of two outputs, none is to be written if one cannot be.
 pub(crate) fn require_files<'a>(outputs: impl IntoIterator<Item = &'a PathBuf>) -> Result<(), CommandError> {
-    match outputs.into_iter().find(|output| output.is_dir()) {
+    match outputs.into_iter().find(|output| !is_stream(output) && output.is_dir()) {
         Some(folder) => Err(CommandError::usage(format!(
             "{}: is a folder, which a file cannot replace; name a file in it",
             folder.display()
@@ -70,6 +115,7 @@ pub(crate) fn make_parents<'a>(outputs: impl IntoIterator<Item = &'a PathBuf>) -
 /// Creates the folder of an output.
 pub(crate) fn make_parent(path: &Path) -> Result<(), CommandError> {
     match path.parent() {
+        _ if is_stream(path) => Ok(()),
         Some(folder) if !folder.as_os_str().is_empty() => make_folder(folder),
         _ => Ok(()),
     }
@@ -107,7 +153,49 @@ pub(crate) fn require_folder_apart<'a>(
 
 /// Begins a result in a folder.
 pub(crate) fn begin(output: &Path) -> Result<ResultFolder, CommandError> {
-    ResultFolder::begin(output, |text| eprintln!("{text}")).map_err(CommandError::failed)
+    ResultFolder::begin(output, |text| note!("{text}")).map_err(CommandError::failed)
+}
+
+/// Whether the file that values were taken from is the fit.json of a folder of results: it stays there.
+pub(crate) fn is_fit_of(output: &Path, params: Option<&Path>) -> bool {
+    params.is_some_and(|params| is_one(params, &output.join(folder::FIT)))
+}
+
+/// Whether the result in a folder is that of an inspection, whose fit.json belongs to it. A measurement has a report as
+/// well; a fit.json beside that is the user's.
+pub(crate) fn is_inspection(output: &Path) -> bool {
+    let Ok(text) = files::read(&output.join(folder::FIGURES)) else { return true };
+    let figures: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
+    // Files without a command are from before measurements had reports.
+    let Some(command) = figures["provenance"]["command"].as_array() else { return true };
+    command.iter().filter_map(|word| word.as_str()).any(|word| word == "inspect" || word.starts_with(":inspect"))
+}
+
+/// Puts a result into its place, and says where it is. `kept` is a file of the folder that the run has read; `first` is
+/// the file to open first.
+pub(crate) fn finish(folder: ResultFolder, output: &Path, kept: Option<&str>, first: &str) -> Result<(), CommandError> {
+    let count = std::fs::read_dir(folder.path()).map_or(0, Iterator::count);
+    folder.finish(kept).map_err(CommandError::failed)?;
+    wrote_files(output, first, count);
+    Ok(())
+}
+
+/// Says where a file was written. Of standard output the reader knows.
+pub(crate) fn wrote(path: &Path) {
+    if !is_stream(path) {
+        note!("wrote {}", path.display());
+    }
+}
+
+/// Says where several files were written, of which `first` is the one to open first.
+pub(crate) fn wrote_files(folder: &Path, first: &str, count: usize) {
+    let folder = folder.display().to_string();
+    let folder = folder.trim_end_matches('/');
+    match count.saturating_sub(1) {
+        0 => note!("wrote {folder}/{first}"),
+        1 => note!("wrote {folder}/: {first} and another file"),
+        others => note!("wrote {folder}/: {first} and {others} other files"),
+    }
 }
 
 /// An error of a file in a folder of results, which names the file where the user would look for it.

@@ -2,11 +2,10 @@
 
 use crate::error::CommandError;
 use gml_compiler::program::Program;
+use gml_runtime::export::measurement;
 use gml_runtime::export::render::{self, Layer, Paint, View};
-use gml_runtime::export::{atomic, measurement};
 use gml_runtime::mesh::TriangleMesh;
 use gml_runtime::model::{EvaluationError, Instance, SurfacePoint, Tessellation};
-use std::path::Path;
 
 /// Tints of the parts, in their order: matching glazes. Parts of a loop, and parts with one name in records and
 /// submodels, share a tint.
@@ -41,13 +40,12 @@ impl Framing {
         Ok(if diagonal > 0.0 && diagonal.is_finite() { 0.2 * diagonal / pixels } else { 0.02 })
     }
 
-    /// Draws a model and writes the picture.
-    pub(crate) fn write(&self, path: &Path, tessellation: &Tessellation) -> Result<(), CommandError> {
+    /// Draws a model as a PNG file.
+    pub(crate) fn png(&self, tessellation: &Tessellation) -> Result<Vec<u8>, CommandError> {
         let colours = tints(&tessellation.mesh, &tessellation.origins);
         let layer = Layer { mesh: &tessellation.mesh, paint: Paint::Vertices(&colours), opacity: 1.0 };
         let picture = render::render(&[layer], &self.view, self.width, self.height);
-        let png = measurement::png(&picture).map_err(CommandError::failed)?;
-        atomic::write(path, &png).map_err(CommandError::failed)
+        measurement::png(&picture).map_err(CommandError::failed)
     }
 }
 

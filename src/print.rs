@@ -13,7 +13,12 @@ static FAILED: OnceLock<ErrorKind> = OnceLock::new();
 
 /// Prints to standard output.
 pub(crate) fn output(text: Arguments) {
-    note(std::io::stdout().write_all(visible(&std::fmt::format(text)).as_bytes()));
+    keep(std::io::stdout().write_all(visible(&std::fmt::format(text)).as_bytes()));
+}
+
+/// Writes the bytes of a file to standard output, as they are.
+pub(crate) fn bytes(bytes: &[u8]) {
+    keep(std::io::stdout().write_all(bytes));
 }
 
 /// Prints to standard error. Where that fails nobody can be told.
@@ -65,14 +70,21 @@ pub(crate) fn cut(text: &str, most: usize) -> String {
 
 /// Whether all of standard output could be printed.
 pub(crate) fn finish() -> Result<(), String> {
-    note(std::io::stdout().flush());
+    keep(std::io::stdout().flush());
     let failed = |kind: &ErrorKind| Err(format!("standard output cannot be written to: {}", of_kind(*kind)));
     FAILED.get().map_or(Ok(()), failed)
 }
 
-fn note(result: std::io::Result<()>) {
+fn keep(result: std::io::Result<()>) {
     if let Err(error) = result {
         _ = FAILED.set(error.kind());
+    }
+}
+
+/// Prints a note to standard error, which is no warning and no error: nothing depends on it.
+pub(crate) fn note(text: Arguments) {
+    if !crate::verbosity::is_quiet() {
+        error(text);
     }
 }
 
@@ -88,6 +100,10 @@ macro_rules! println {
 macro_rules! eprintln {
     () => { $crate::print::error(format_args!("\n")) };
     ($($text:tt)*) => { $crate::print::error(format_args!("{}\n", format_args!($($text)*))) };
+}
+
+macro_rules! note {
+    ($($text:tt)*) => { $crate::print::note(format_args!("{}\n", format_args!($($text)*))) };
 }
 
 #[cfg(test)]

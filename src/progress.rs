@@ -1,6 +1,6 @@
 //! Progress on standard error: a bar on a terminal, a line from time to time elsewhere.
 
-use crate::interrupt;
+use crate::{interrupt, verbosity};
 use gml_runtime::progress::Progress;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::fmt::Display;
@@ -16,9 +16,9 @@ const BETWEEN_LINES: Duration = Duration::from_secs(10);
 /// Time between two pictures of a bar that nothing changes.
 const BETWEEN_PICTURES: Duration = Duration::from_millis(250);
 
-/// Time and share of the work from which on the time left is estimated: the stages' shares of it differ from model to
-/// model.
-const TELLING_TIME: Duration = Duration::from_secs(5);
+/// Time and share of the work from which on the time left is estimated: work of less than a second needs no estimate,
+/// and the stages' shares of the work differ from model to model.
+const TELLING_TIME: Duration = Duration::from_secs(1);
 const TELLING_SHARE: f64 = 0.1;
 
 /// The work as it was last reported.
@@ -27,6 +27,8 @@ struct Work {
     /// None before the first report.
     begun: Option<Instant>,
     stage: String,
+    /// When the stage was first reported.
+    stage_begun: Option<Instant>,
     detail: String,
     /// Between 0 and 1.
     done: f64,
@@ -34,12 +36,22 @@ struct Work {
 
 impl Work {
     fn report(&mut self, stage: &str, done: f64, detail: &str) {
-        self.begun.get_or_insert_with(Instant::now);
+        let now = Instant::now();
+        self.begun.get_or_insert(now);
+        self.stage_begun.get_or_insert(now);
         self.stage.replace_range(.., stage);
         self.detail.replace_range(.., detail);
         if done.is_finite() {
             self.done = done.clamp(0.0, 1.0);
         }
+    }
+
+    /// Ends a stage if the next one has another name; returns the line that says how long it took.
+    fn end_stage(&mut self, next: Option<&str>) -> Option<String> {
+        if next == Some(self.stage.as_str()) {
+            return None;
+        }
+        self.stage_begun.take().map(|begun| verbosity::took(&self.stage, begun.elapsed()))
     }
 
     /// The time left, where it can be estimated.
@@ -85,6 +97,8 @@ pub(crate) struct TerminalProgress {
 /// How it is shown.
 enum Shown {
     Bar(ProgressBar),
+    /// The user wants none.
+    Nothing,
     /// Kept for its end.
     Lines {
         _lines: Lines,
@@ -92,25 +106,36 @@ enum Shown {
 }
 
 impl TerminalProgress {
-    /// A bar if standard error is a terminal, otherwise lines.
+    /// A bar if standard error is a terminal, otherwise lines; nothing if the user wants none.
     pub(crate) fn new() -> TerminalProgress {
         let work = Arc::new(Mutex::default());
-        let shown = if std::io::stderr().is_terminal() {
-            Shown::Bar(bar())
-        } else {
-            Shown::Lines { _lines: Lines::new(work.clone(), BETWEEN_LINES, std::io::stderr()) }
+        let shown = match (verbosity::is_quiet(), std::io::stderr().is_terminal()) {
+            (true, _) => Shown::Nothing,
+            (_, true) => Shown::Bar(bar()),
+            _ => Shown::Lines { _lines: Lines::new(work.clone(), BETWEEN_LINES, std::io::stderr()) },
         };
         TerminalProgress { work, shown, interrupt: interrupt::flag() }
     }
 
     /// Removes the bar; another report is that of other work.
     pub(crate) fn finish(&self) {
-        *lock(&self.work) = Work::default();
+        let mut work = lock(&self.work);
+        self.say(work.end_stage(None));
+        *work = Work::default();
         if let Shown::Bar(bar) = &self.shown {
             // Or the next report would show the last one for a moment.
             bar.set_prefix("");
             bar.set_message("");
             bar.finish_and_clear();
+        }
+    }
+
+    /// Says how long a stage took, if the user wants to know.
+    fn say(&self, took: Option<String>) {
+        let Some(line) = took.filter(|_| verbosity::is_verbose()) else { return };
+        match &self.shown {
+            Shown::Bar(bar) => bar.suspend(|| eprintln!("{line}")),
+            _ => eprintln!("{line}"),
         }
     }
 }
@@ -126,6 +151,7 @@ fn bar() -> ProgressBar {
 impl Progress for TerminalProgress {
     fn report(&self, stage: &str, done: f64, detail: &str) {
         let mut work = lock(&self.work);
+        self.say(work.end_stage(Some(stage)));
         work.report(stage, done, detail);
         let Shown::Bar(bar) = &self.shown else { return };
         if bar.is_finished() {
@@ -227,7 +253,7 @@ mod tests {
     #[test]
     fn the_time_left_is_told_when_it_is_known() {
         let begun = Instant::now().checked_sub(Duration::from_secs(100));
-        let work = |done| Work { begun, stage: "fitting".to_owned(), detail: String::new(), done };
+        let work = |done| Work { begun, stage: "fitting".to_owned(), done, ..Work::default() };
         assert_eq!(work(0.25).line().as_deref(), Some("fitting, 25 %, about 5 min left"));
         assert_eq!(work(0.8).line().as_deref(), Some("fitting, 80 %, about 30 s left"));
         assert_eq!(work(0.99).line().as_deref(), Some("fitting, 99 %, some seconds left"));

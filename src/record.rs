@@ -1,6 +1,7 @@
 //! What a command was run with: its words, its options, the files that it read, and what the user states of the work.
 
 use crate::cli::{self, Cli, ReportArgs};
+use crate::defaults;
 use crate::error::CommandError;
 use crate::files::{self, folder_of};
 use crate::values::LONGEST_FIELD;
@@ -17,7 +18,7 @@ use std::path::{Path, PathBuf};
 const FIELDS: &str = "report.toml";
 
 /// Options that say nothing of the result.
-const BESIDES: [&str; 5] = ["output", "report-field", "trace", "help", "version"];
+const BESIDES: [&str; 7] = ["output", "report-field", "trace", "format", "json", "help", "version"];
 
 /// The record of this process, which works with a script or a reference.
 pub(crate) fn of_process(report: &ReportArgs, script: &Path) -> Result<Record, CommandError> {
@@ -27,12 +28,18 @@ pub(crate) fn of_process(report: &ReportArgs, script: &Path) -> Result<Record, C
     }
     let command: Vec<String> = words.iter().map(|word| word.to_string_lossy().into_owned()).collect();
     let all = Cli::command();
-    let matches = all.clone().try_get_matches_from(cli::with_negative_values(words)).map_err(CommandError::usage)?;
-    let settings = match matches.subcommand() {
+    let defaults = defaults::of_process();
+    let words = defaults.map_or_else(|| cli::with_negative_values(words), |defaults| defaults.words.clone());
+    let matches = all.clone().try_get_matches_from(words).map_err(CommandError::usage)?;
+    let mut settings = match matches.subcommand() {
         Some((name, matches)) => all.find_subcommand(name).map(|c| settings(c, matches)).unwrap_or_default(),
         None => Vec::new(),
     };
+    // What the file beside the script says is not given on the command line.
+    let taken = defaults.map_or(&[][..], |defaults| &defaults.taken);
+    settings.iter_mut().filter(|setting| taken.contains(&setting.name)).for_each(|setting| setting.given = false);
     let mut record = Record { command, settings, ..begun() };
+    record.files.extend(defaults.map(|defaults| used("defaults", &defaults.path, defaults.text.as_bytes())));
     state(&mut record, report, script)?;
     Ok(record)
 }
@@ -124,6 +131,12 @@ pub(crate) fn add_inputs(record: &mut Record, scan: &ScanSource, program: &Progr
     if let Some(params) = params {
         add_file(record, "fit", params);
     }
+}
+
+/// Names and texts of a model's scripts, its own first, for the documents.
+pub(crate) fn scripts(program: &Program) -> Vec<(String, String)> {
+    let scripts = program.sources().scripts();
+    scripts.map(|file| (file_name(Path::new(file.name.as_str())), file.text.to_string())).collect()
 }
 
 /// Adds the scan.

@@ -5,7 +5,6 @@ use crate::error::CommandError;
 use crate::progress::TerminalProgress;
 use crate::script::{Valued, compile_valued};
 use crate::{mesh, outputs};
-use gml_runtime::export::json;
 use gml_runtime::model::{Fineness, Model, Tessellation};
 use gml_runtime::simulate::{self, ExactSurface, Scanner, Truth};
 use serde::Serialize;
@@ -19,6 +18,9 @@ const SPACINGS: f64 = 500.0;
 struct TruthFile<'a> {
     /// The script.
     script: String,
+    /// The file of the scan, in the result on standard output.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    output: Option<String>,
     /// Its parameters, in millimetres and radians.
     parameters: BTreeMap<&'a str, f64>,
     /// The scanner, and the pose that it added.
@@ -31,7 +33,8 @@ pub(crate) fn run(args: &VirtualScanArgs) -> Result<(), CommandError> {
         let inputs = outputs::inputs([&args.script.model], args.values.params.as_ref());
         outputs::require_apart(output, inputs)?;
     }
-    let format = mesh::check_format(&args.output, ".obj, .ply or .stl")?;
+    args.json.require_apart(&args.output)?;
+    let format = mesh::format_of(&args.output, args.format.as_deref(), ".obj, .ply or .stl")?;
     outputs::require_files([&args.output].into_iter().chain(&args.truth))?;
     let valued = compile_valued(&args.script.model, &args.script.compile, &args.values)?;
     valued.warn_of_doubt();
@@ -59,18 +62,21 @@ pub(crate) fn run(args: &VirtualScanArgs) -> Result<(), CommandError> {
     let scan = scan.map_err(CommandError::failed)?;
     outputs::make_parents([&args.output].into_iter().chain(&args.truth))?;
     mesh::write(&args.output, &scan.mesh, format)?;
+    let parameters = program.parameters().iter().map(|p| p.name.as_str()).zip(x).collect();
+    let script = args.script.model.display().to_string();
+    let mut truth = TruthFile { script, output: None, parameters, scan: &scan.truth };
     if let Some(path) = &args.truth {
-        let parameters = program.parameters().iter().map(|p| p.name.as_str()).zip(x).collect();
-        let truth = TruthFile { script: args.script.model.display().to_string(), parameters, scan: &scan.truth };
-        json::write(path, &truth).map_err(CommandError::failed)?;
+        outputs::write_json(path, &truth)?;
     }
-    println!(
+    truth.output = outputs::named(&args.output);
+    let line = format!(
         "{}: {} points, {} triangles, {:.1} % of the surface",
         args.output.display(),
         scan.truth.points,
         scan.truth.triangles,
         scan.truth.coverage * 100.0
     );
+    args.json.print(&args.output, &serde_json::to_value(&truth).map_err(CommandError::failed)?, &line);
     Ok(())
 }
 

@@ -6,6 +6,7 @@ use crate::files::{self, FileLoader};
 use crate::provenance::Provenance;
 use crate::saved::SavedFit;
 use crate::values;
+use crate::verbosity;
 use gml_compiler::program::{self, Compilation, Options, Program};
 use gml_compiler::source::SourceFile;
 use gml_runtime::fit::FitResult;
@@ -38,7 +39,8 @@ pub(crate) fn compile_quietly(script: &Path, args: &CompileArgs) -> Result<Compi
     for (name, value) in &args.limits {
         options.set_limit(name, *value).map_err(|e| CommandError::Usage(format!("--limit: {e}")))?;
     }
-    program::compile(file, &FileLoader::of(script, &args.allowed)?, &options).map_err(CommandError::from)
+    let loader = FileLoader::of(script, &args.allowed)?;
+    verbosity::timed("compiling", || program::compile(file, &loader, &options)).map_err(CommandError::from)
 }
 
 /// Compiles a script with the inputs of a fit, if there is one, but for those that are `searched`.
@@ -96,7 +98,7 @@ pub(crate) fn values_for(
     let known = program.parameters();
     let mut x = fit.map_or_else(|| program.defaults(), |fit| fit.values_of(program));
     for (name, value) in &args.values {
-        let (i, value) = values::parameter_value("-p", name, value, known)?;
+        let (i, value) = values::parameter_value("-p", name, value, program)?;
         x[i] = value;
     }
     for (parameter, (value, bounds)) in known.iter().zip(x.iter().zip(program.bounds(&x))) {

@@ -6,6 +6,7 @@ use crate::table;
 use crate::values::Range;
 use gml_compiler::check::InputValue;
 use gml_compiler::program::{Program, Quantity};
+use gml_compiler::suggest::nearest;
 use gml_runtime::fit::{Evidence, InputValues, Search};
 
 /// The largest number of fits of one search.
@@ -21,11 +22,7 @@ pub(crate) fn combinations(
     for Range { name, low, high } in searched {
         let usage = |why: &str| CommandError::Usage(format!("--search {name}={low}..{high}: {why}"));
         let Some(input) = program.inputs().iter().find(|i| i.name == *name) else {
-            let names: Vec<&str> = program.inputs().iter().map(|i| i.name.as_str()).collect();
-            return Err(match names.is_empty() {
-                true => usage("the model has no inputs"),
-                false => usage(&format!("the model has no input of that name; it has {}", names.join(", "))),
-            });
+            return Err(usage(&no_input(name, program)));
         };
         if input.quantity != Quantity::Int {
             return Err(usage("the input is not a whole number"));
@@ -54,6 +51,21 @@ pub(crate) fn combinations(
         combinations = combinations.iter().flat_map(|inputs| (*low..=*high).map(move |v| with(inputs, v))).collect();
     }
     Ok(combinations)
+}
+
+/// What a name is that is no input's: that of a parameter, or nearly one of an input.
+fn no_input(name: &str, program: &Program) -> String {
+    let names: Vec<&str> = program.inputs().iter().map(|i| i.name.as_str()).collect();
+    if program.parameters().iter().any(|p| p.name == name) {
+        return format!("`{name}` is a parameter, which every fit finds; inputs are searched");
+    }
+    if names.is_empty() {
+        return "the model has no inputs".to_owned();
+    }
+    match nearest(name, names.iter().copied()) {
+        Some(near) => format!("the model has no input of that name; did you mean `{near}`?"),
+        None => format!("the model has no input of that name; it has {}", names.join(", ")),
+    }
 }
 
 /// The arguments with some more inputs.

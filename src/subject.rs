@@ -1,14 +1,15 @@
 //! What is fitted: a compiled script, from its beginning or from where an earlier fit ended.
 
-use crate::cli::{FitControls, ScriptArgs};
+use crate::cli::{FitControls, ScriptArgs, ValueArgs};
 use crate::error::CommandError;
 use crate::provenance::Provenance;
 use crate::saved::SavedFit;
+use crate::script::Valued;
 use crate::values::Range;
 use crate::{fit, script};
 use gml_compiler::program::Program;
 use gml_runtime::fit::FitOptions;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// A compiled script to be fitted.
 pub(crate) struct Subject {
@@ -42,6 +43,14 @@ impl Subject {
             script.compile = saved.with_inputs(&script.compile, &searched)?;
         }
         Ok(Subject { script, program, provenance, saved })
+    }
+
+    /// The model of an earlier fit as it was fitted; the fit is in the file `params`.
+    pub(crate) fn fitted(script: &ScriptArgs, params: Option<&PathBuf>) -> Result<Subject, CommandError> {
+        let values = ValueArgs { values: Vec::new(), params: params.cloned() };
+        let Valued { program, saved, .. } = script::compile_valued(&script.model, &script.compile, &values)?;
+        let provenance = Provenance::of(&script.model, &program);
+        Ok(Subject { script: script.clone(), program, provenance, saved })
     }
 
     /// The options of a fit of this script with perhaps other inputs, which is `program`.

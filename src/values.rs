@@ -3,7 +3,9 @@
 use crate::error::CommandError;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use gml_compiler::check::InputValue;
-use gml_compiler::program::{Parameter, Quantity};
+use gml_compiler::number;
+use gml_compiler::program::{Input, Program, Quantity};
+use gml_compiler::suggest::nearest;
 use gml_compiler::syntax;
 use gml_runtime::model::{LARGEST, SMALLEST};
 use gml_runtime::variance::{DecisionRule, Resolution, Tolerance};
@@ -123,6 +125,14 @@ pub(crate) fn fraction(text: &str) -> Result<f64, String> {
 /// Parses a tolerance: `0.5mm` is from -0.5 to 0.5, `+0.3/-0.1mm` from -0.1 to 0.3 in either order; the last unit holds
 /// for both numbers.
 pub(crate) fn tolerance(text: &str) -> Result<Tolerance, String> {
+    if text.contains('=') {
+        return Err(
+            "holds for all parts: that of one part is in its script, such as `part lid tolerance 0.2mm = ...`".into()
+        );
+    }
+    if text.contains("..") {
+        return Err("has two ends, which are written as +0.3/-0.1mm".into());
+    }
     let Some((first, second)) = text.split_once('/') else {
         return positive_length(text).map(|t| Tolerance { lower: -t, upper: t });
     };
@@ -243,14 +253,38 @@ pub(crate) fn input(text: &str) -> Result<(String, InputValue), String> {
 }
 
 /// The index of a parameter by its name. `option` is the option that names it.
-pub(crate) fn parameter(option: &str, name: &str, parameters: &[Parameter]) -> Result<usize, CommandError> {
-    parameters.iter().position(|p| p.name == name).ok_or_else(|| {
-        let names: Vec<&str> = parameters.iter().map(|p| p.name.as_str()).collect();
-        CommandError::Usage(match names.is_empty() {
-            true => format!("{option} {name}: the model has no parameters"),
-            false => format!("{option} {name}: the model has no parameter of that name; it has {}", names.join(", ")),
-        })
+pub(crate) fn parameter(option: &str, name: &str, program: &Program) -> Result<usize, CommandError> {
+    program.parameters().iter().position(|p| p.name == name).ok_or_else(|| {
+        let what = no_parameter(name, program);
+        CommandError::Usage(format!("{option} {name}: {what}"))
     })
+}
+
+/// What a name is that is no parameter's: that of an input, or nearly one of a parameter.
+fn no_parameter(name: &str, program: &Program) -> String {
+    let names: Vec<&str> = program.parameters().iter().map(|p| p.name.as_str()).collect();
+    if let Some(input) = program.inputs().iter().find(|input| input.name == name) {
+        let example = input_example(input);
+        return format!("`{name}` is an input, not a parameter: --input {name}={example}");
+    }
+    if names.is_empty() {
+        return "the model has no parameters".to_owned();
+    }
+    match nearest(name, names.iter().copied()) {
+        Some(near) => format!("the model has no parameter of that name; did you mean `{near}`?"),
+        None => format!("the model has no parameter of that name; it has {}", names.join(", ")),
+    }
+}
+
+/// The value of an input as the command line takes it.
+fn input_example(input: &Input) -> String {
+    match input.quantity {
+        Quantity::Bool => (input.value != 0.0).to_string(),
+        quantity => {
+            let (value, unit) = quantity.written(input.value);
+            format!("{}{unit}", number::plain(value))
+        }
+    }
 }
 
 /// The index and value of a parameter.
@@ -258,10 +292,10 @@ pub(crate) fn parameter_value(
     option: &str,
     name: &str,
     value: &str,
-    parameters: &[Parameter],
+    program: &Program,
 ) -> Result<(usize, f64), CommandError> {
-    let index = parameter(option, name, parameters)?;
-    let parsed = parse(value, parameters[index].quantity);
+    let index = parameter(option, name, program)?;
+    let parsed = parse(value, program.parameters()[index].quantity);
     Ok((index, parsed.map_err(|why| CommandError::Usage(format!("{option} {name}: '{value}' {why}")))?))
 }
 

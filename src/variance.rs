@@ -5,14 +5,16 @@ use crate::error::CommandError;
 use crate::progress::TerminalProgress;
 use crate::saved::SavedFit;
 use crate::script::{Valued, compile_valued};
-use crate::{deviations, dimensions, fit, measure, outputs, record};
+use crate::{deviations, dimensions, fit, measure, outputs, record, table};
 use gml_compiler::program::Program;
-use gml_runtime::export::folder::FIT;
-use gml_runtime::export::measurement;
-use gml_runtime::inspect;
-use gml_runtime::scan::{self, ReferenceMesh, Scan};
+use gml_runtime::export::folder::{FIT, REPORT, ResultFolder};
+use gml_runtime::fit::FitResult;
+use gml_runtime::inspect::{self, Documents};
+use gml_runtime::model::Motion;
+use gml_runtime::record::Record;
+use gml_runtime::scan::{self, ReferenceMesh, Scan, Unit};
 use gml_runtime::variance::{self, MeasureError, MeasureOptions, Measurement, ParameterCovariance, Reference};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 pub(crate) fn run(args: &VarianceArgs) -> Result<(), CommandError> {
     let options = measure::options(&args.controls)?;
@@ -20,50 +22,104 @@ pub(crate) fn run(args: &VarianceArgs) -> Result<(), CommandError> {
     outputs::require_folder_apart(&args.output, false, inputs)?;
     let extension = args.reference.extension().unwrap_or_default();
     require_kind(args, &extension.to_ascii_lowercase().to_string_lossy())?;
-    let mut record = record::of_process(&args.report, &args.reference)?;
-    let folder;
-    let mut measured = if extension.eq_ignore_ascii_case("gml") {
-        let valued = compile_valued(&args.reference, &args.compile, &args.values)?;
-        let Valued { program, x, motion, fit, saved } = valued;
-        let covariance = fit.as_ref().and_then(inspect::covariance);
-        let scan = fit::read_scan(&args.scan)?;
-        measure::require_memory(&args.controls, &scan)?;
-        variance::require_triangles(&scan).map_err(CommandError::failed)?;
-        record::add_inputs(&mut record, &scan.source, &program, args.values.params.as_deref());
-        folder = outputs::begin(&args.output)?;
-        let other = saved.as_ref().map(|saved| saved.about_scan(&scan.source)).transpose()?.flatten();
-        let reference = Reference::Model { model: &program, x: &x, motion };
-        measure_from(&args.reference, reference, &scan, covariance, &options).map(|mut measured| {
-            let doubt = saved.as_ref().and_then(SavedFit::doubt);
-            measured.report.warnings.extend(doubt.into_iter().chain(other));
-            match &fit {
-                Some(fit) => inspect::judge_measures(&mut measured.report, fit, options.verdict),
-                None => measured.report.warnings.extend(dimensions::without_fit(&program)),
-            }
-            measured.report.warnings.extend(unfitted(&program, &args.values));
-            measured
-        })
+    let record = record::of_process(&args.report, &args.reference)?;
+    let measured = if extension.eq_ignore_ascii_case("gml") {
+        from_model(args, &options, record)
     } else {
-        let ReferenceMesh { mesh, warnings, .. } =
-            scan::read_mesh(&args.reference, args.reference_unit.unwrap_or_default()).map_err(CommandError::failed)?;
-        let scan = fit::read_scan(&args.scan)?;
-        measure::require_memory(&args.controls, &scan)?;
-        variance::require_triangles(&scan).map_err(CommandError::failed)?;
-        record::add_scan(&mut record, &scan.source);
-        record::add_file(&mut record, "reference", &args.reference);
-        folder = outputs::begin(&args.output)?;
-        measure_from(&args.reference, Reference::Mesh(&mesh), &scan, None, &options).map(|mut measured| {
-            measured.report.warnings.extend(warnings);
-            measured
-        })
+        from_mesh(args, &options, record)
     }?;
-    measured.report.provenance = Some(record);
-    let extras = measure::extras(&args.controls);
-    measurement::write(folder.path(), &measured, extras).map_err(|e| outputs::failed(&folder, e))?;
-    let is_fit = |params: &PathBuf| params.canonicalize().ok() == args.output.join(FIT).canonicalize().ok();
-    folder.finish(args.values.params.as_ref().filter(|p| is_fit(p)).map(|_| FIT)).map_err(CommandError::failed)?;
-    print!("{}", deviations::summary(&measured.report));
-    deviations::judge(&measured.report)
+    let Measured { folder, scan, name, measurement, fit, upright, scripts } = measured;
+    let documents = Documents { name: &name, fit: fit.as_ref(), measurement: &measurement, upright, scripts: &scripts };
+    let progress = TerminalProgress::new();
+    let written = documents.write(folder.path(), &scan, measure::extras(&args.controls), &progress);
+    progress.finish();
+    written.map_err(|e| outputs::failed(&folder, e))?;
+    let kept = outputs::is_fit_of(&args.output, args.values.params.as_deref()) || !outputs::is_inspection(&args.output);
+    outputs::finish(folder, &args.output, kept.then_some(FIT), REPORT)?;
+    let report = &measurement.report;
+    if args.result.is_json() {
+        outputs::print_json(report)?;
+    }
+    args.result.text(&deviations::summary(report));
+    deviations::judge(report)
+}
+
+/// A measurement, and what its documents show besides.
+struct Measured {
+    folder: ResultFolder,
+    scan: Scan,
+    name: String,
+    measurement: Measurement,
+    /// The fit whose model was measured.
+    fit: Option<FitResult>,
+    upright: Motion,
+    scripts: Vec<(String, String)>,
+}
+
+fn from_model(args: &VarianceArgs, options: &MeasureOptions, mut record: Record) -> Result<Measured, CommandError> {
+    let valued = compile_valued(&args.reference, &args.compile, &args.values)?;
+    let Valued { program, x, motion, fit, saved } = valued;
+    let scan = read_scan(args)?;
+    record::add_inputs(&mut record, &scan.source, &program, args.values.params.as_deref());
+    let folder = outputs::begin(&args.output)?;
+    let other = saved.as_ref().map(|saved| saved.about_scan(&scan.source)).transpose()?.flatten();
+    let reference = Reference::Model { model: &program, x: &x, motion };
+    let covariance = fit.as_ref().and_then(inspect::covariance);
+    let mut measurement = measure_from(&args.reference, reference, &scan, covariance, options)?;
+    let report = &mut measurement.report;
+    let doubt = saved.as_ref().and_then(SavedFit::doubt);
+    report.warnings.extend(doubt.into_iter().chain(other));
+    match &fit {
+        Some(fit) => inspect::judge_measures(report, fit, options.verdict),
+        None => report.warnings.extend(dimensions::without_fit(&program)),
+    }
+    report.warnings.extend(unfitted(&program, &args.values));
+    report.provenance = Some(record);
+    let upright = inspect::upright(&program, &x, &motion).map_err(CommandError::failed)?;
+    let (name, scripts) = (program.name().to_owned(), record::scripts(&program));
+    Ok(Measured { folder, scan, name, measurement, fit, upright, scripts })
+}
+
+fn from_mesh(args: &VarianceArgs, options: &MeasureOptions, mut record: Record) -> Result<Measured, CommandError> {
+    let unit = args.reference_unit.unwrap_or_default();
+    let ReferenceMesh { mesh, warnings, .. } = scan::read_mesh(&args.reference, unit).map_err(CommandError::failed)?;
+    let scan = read_scan(args)?;
+    record::add_scan(&mut record, &scan.source);
+    record::add_file(&mut record, "reference", &args.reference);
+    let folder = outputs::begin(&args.output)?;
+    let mut measurement = measure_from(&args.reference, Reference::Mesh(&mesh), &scan, None, options)?;
+    let report = &mut measurement.report;
+    report.warnings.extend(warnings);
+    report.warnings.extend(other_unit(mesh.bounds().diagonal(), unit, scan.mesh.bounds().diagonal(), args.scan.unit));
+    report.provenance = Some(record);
+    let name = record::file_name(&args.reference);
+    // Which way is up in a mesh is not known: that of its coordinates, as most programs have it.
+    Ok(Measured { folder, scan, name, measurement, fit: None, upright: Motion::IDENTITY, scripts: Vec::new() })
+}
+
+fn read_scan(args: &VarianceArgs) -> Result<Scan, CommandError> {
+    let scan = fit::read_scan(&args.scan)?;
+    measure::require_memory(&args.controls, &scan)?;
+    variance::require_triangles(&scan).map_err(CommandError::failed)?;
+    Ok(scan)
+}
+
+/// Sizes of one object in one unit differ by less than this factor, whatever was scanned of it.
+const SAME_SIZE: f64 = 1.3;
+
+/// A sentence on a reference mesh and a scan whose sizes would be the same if the mesh's file were in another unit.
+fn other_unit(mesh: f64, unit: Unit, scan: f64, scan_unit: Unit) -> Option<String> {
+    let are_same = |a: f64, b: f64| a > 0.0 && b > 0.0 && a.max(b) < SAME_SIZE * a.min(b);
+    if are_same(mesh, scan) {
+        return None;
+    }
+    let size = |other: Unit| mesh / unit.millimetres() * other.millimetres();
+    let meant = Unit::ALL.into_iter().find(|other| are_same(size(*other), scan))?;
+    let [mesh, scan] = [mesh, scan].map(table::number);
+    Some(format!(
+        "the reference mesh is {mesh} mm large and the scan {scan} mm, as if one of them were in another unit: \
+         --reference-unit is {unit}, which would be {meant} for a scan in {scan_unit} (--unit)"
+    ))
 }
 
 /// Refuses a reference of another kind, and options that its kind has no use for.
@@ -132,4 +188,19 @@ fn measure_from(
         MeasureError::Reference(why) => CommandError::Failed(format!("{}: {why}", file.display())),
         error => error.into(),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_tell_of_units_that_are_mixed_up() {
+        assert_eq!(other_unit(50.0, Unit::Mm, 48.0, Unit::Mm), None);
+        assert_eq!(other_unit(50.0, Unit::Mm, 170.0, Unit::Mm), None, "no unit explains that");
+        let inches = other_unit(2.0, Unit::Mm, 50.8, Unit::Mm).expect("a sentence");
+        assert!(inches.contains("which would be in for a scan in mm"), "{inches}");
+        let metres = other_unit(0.05, Unit::Mm, 49.0, Unit::Mm).expect("a sentence");
+        assert!(metres.contains("would be m for"), "{metres}");
+    }
 }

@@ -47,6 +47,21 @@ pub struct Inspection {
     pub upright: Motion,
 }
 
+/// What the documents of a measurement show.
+#[derive(Clone, Copy, Debug)]
+pub struct Documents<'a> {
+    /// Name of the model, or of the file of a reference mesh.
+    pub name: &'a str,
+    /// The fit whose model was measured; none if its values are no fit's.
+    pub fit: Option<&'a FitResult>,
+    /// The deviations.
+    pub measurement: &'a Measurement,
+    /// See [`Inspection::upright`]; the identity where nothing is known.
+    pub upright: Motion,
+    /// The names and the texts of the model's scripts.
+    pub scripts: &'a [(String, String)],
+}
+
 /// Why a scan cannot be inspected.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum InspectError {
@@ -119,16 +134,40 @@ impl Inspection {
         progress: &dyn Progress,
     ) -> Result<(), DocumentError> {
         json::write(&folder.join("fit.json"), &self.fit)?;
-        let textures = measurement::write(folder, &self.measurement, extras)?;
+        self.documents(scripts).write(folder, scan, extras, progress)
+    }
+
+    /// The documents besides fit.json. `scripts` are the names and the texts of the model's scripts.
+    #[must_use]
+    pub fn documents<'a>(&'a self, scripts: &'a [(String, String)]) -> Documents<'a> {
+        let Self { fit, measurement, upright } = self;
+        Documents { name: &fit.model, fit: Some(fit), measurement, upright: *upright, scripts }
+    }
+}
+
+impl Documents<'_> {
+    /// Writes the documents of [`measurement::write`](crate::export::measurement::write()), views.png, model.x3d and
+    /// report.html into a folder, which must exist.
+    ///
+    /// # Errors
+    /// If a file cannot be written.
+    pub fn write(
+        &self,
+        folder: &Path,
+        scan: &Scan,
+        extras: Extras,
+        progress: &dyn Progress,
+    ) -> Result<(), DocumentError> {
+        let textures = measurement::write(folder, self.measurement, extras)?;
         progress.report("drawing", f64::NAN, "views");
         if progress.cancelled() {
             return Err(DocumentError::Interrupted);
         }
         let views = self.views(scan, textures.colour_range);
         progress.report("writing", f64::NAN, "model.x3d, report.html");
-        let title = format!("{} compared with {}", self.fit.model, file_name(&scan.source.path));
+        let title = format!("{} compared with {}", self.name, file_name(&scan.source.path));
         let scene = self.scene(&title, &textures)?;
-        let report = self.report(&title, scripts, &textures, &views)?;
+        let report = self.report(&title, &textures, &views)?;
         atomic::write(&folder.join("views.png"), &png(&Picture::sheet(&views, SIDES.len()))?)?;
         atomic::write(&folder.join("model.x3d"), scene.as_bytes())?;
         atomic::write(&folder.join("report.html"), report.as_bytes())?;
@@ -138,7 +177,7 @@ impl Inspection {
     /// Pictures of the scan, with the triangles that the model does not explain in a colour of their own, then of the
     /// model in the colours of its deviations, then of both; each from all sides. A scale bar is in the first of each.
     fn views(&self, scan: &Scan, colour_range: f64) -> Vec<Picture> {
-        let Measurement { tessellation, deviations, unmatched, .. } = &self.measurement;
+        let Measurement { tessellation, deviations, unmatched, .. } = self.measurement;
         let colours = DeviationColours::new(deviations, colour_range);
         let model = Layer { mesh: &tessellation.mesh, paint: Paint::Deviations(&colours), opacity: 1.0 };
         let clay = Layer { mesh: &scan.mesh, paint: Paint::Plain(SCAN_COLOUR), opacity: 1.0 };
@@ -163,13 +202,7 @@ impl Inspection {
         })?)
     }
 
-    fn report(
-        &self,
-        title: &str,
-        scripts: &[(String, String)],
-        textures: &Textures,
-        views: &[Picture],
-    ) -> Result<String, DocumentError> {
+    fn report(&self, title: &str, textures: &Textures, views: &[Picture]) -> Result<String, DocumentError> {
         let sides = SIDES.len();
         let scan = views[..sides].iter().map(palette::png).collect::<Result<Vec<_>, _>>()?;
         let model = views[sides..2 * sides].iter().map(palette::png).collect::<Result<Vec<_>, _>>()?;
@@ -184,8 +217,8 @@ impl Inspection {
         Ok(report::write(&Report {
             title,
             record: self.measurement.report.provenance.as_ref(),
-            scripts,
-            fit: Some(&self.fit),
+            scripts: self.scripts,
+            fit: self.fit,
             variance: &self.measurement.report,
             deviations: &self.measurement.deviations,
             tessellation: &self.measurement.tessellation,
@@ -210,17 +243,16 @@ impl Inspection {
                 entry("rms", number(s.weighted.rms)),
             ],
         };
-        let parameters = self.fit.parameters.iter();
-        let parameters = MetadataGroup {
-            name: "parameters".to_owned(),
-            entries: parameters.map(|p| entry(&p.name, format!("{} {}", p.value, p.unit))).collect(),
-        };
         let report = &self.measurement.report;
-        let mut groups = vec![parameters];
-        if !self.fit.measures.is_empty() {
+        let mut groups = Vec::new();
+        if let Some(fit) = self.fit {
+            let entries = fit.parameters.iter().map(|p| entry(&p.name, format!("{} {}", p.value, p.unit))).collect();
+            groups.push(MetadataGroup { name: "parameters".to_owned(), entries });
             let measured = |m: &FittedMeasure| Some(entry(&m.name, format!("{} {}", m.value?, m.unit)));
-            let entries = self.fit.measures.iter().filter_map(measured).collect();
-            groups.push(MetadataGroup { name: "measures".to_owned(), entries });
+            let entries: Vec<(String, String)> = fit.measures.iter().filter_map(measured).collect();
+            if !fit.measures.is_empty() {
+                groups.push(MetadataGroup { name: "measures".to_owned(), entries });
+            }
         }
         groups.push(figures("all", &report.overall));
         groups.extend(report.parts.iter().map(|p| {
@@ -283,8 +315,11 @@ pub fn judge_measures(report: &mut VarianceReport, fit: &FitResult, options: Ver
     report.judge(&dimensions, options);
 }
 
-/// The motion from the surface at the model's defaults to the moved surface at x.
-fn upright(model: &dyn Model, x: &[f64], motion: &Motion) -> Result<Motion, EvaluationError> {
+/// The motion from the surface at the model's defaults to the moved surface at x, for [`Documents`].
+///
+/// # Errors
+/// If the model cannot be evaluated.
+pub fn upright(model: &dyn Model, x: &[f64], motion: &Motion) -> Result<Motion, EvaluationError> {
     let defaults: Vec<f64> = model.parameters().iter().map(|p| p.default).collect();
     let points = |x: &[f64]| {
         let instance = model.instantiate(x)?;

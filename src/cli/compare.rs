@@ -1,6 +1,6 @@
 //! Arguments of `gmlc compare`.
 
-use super::Format;
+use super::ResultArgs;
 use crate::values;
 use clap::Args;
 use gml_compiler::check::InputValue;
@@ -65,10 +65,9 @@ pub(crate) struct CompareArgs {
     /// such as 0.2mm [default: 512, or less where that takes long]
     #[arg(long, value_name = "N|LENGTH", value_parser = values::resolution)]
     pub(crate) resolution: Option<Resolution>,
-    /// Where to write the result
+    /// Where to write the result; - is standard output
     #[arg(short, long, value_name = "FILE.json")]
     pub(crate) output: Option<PathBuf>,
-    /// Print the result as JSON instead of tables
-    #[arg(long, value_enum, default_value_t)]
-    pub(crate) format: Format,
+    #[command(flatten)]
+    pub(crate) result: ResultArgs,
 }

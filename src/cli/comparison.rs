@@ -1,6 +1,6 @@
 //! Arguments of the commands that compare a model with a scan.
 
-use super::{CompileArgs, Format, ScriptArgs, ValueArgs};
+use super::{CompileArgs, ResultArgs, ScriptArgs, ValueArgs};
 use crate::values::{self, Choice, Range};
 use clap::{Args, ValueEnum};
 use gml_runtime::fit::{LossKind, Weights};
@@ -124,12 +124,11 @@ pub(crate) struct FitArgs {
     /// Fit every value of a whole-number input, such as bolts=3..16, and select the best (may be repeated)
     #[arg(long, value_name = "NAME=LOW..HIGH", value_parser = values::range)]
     pub(crate) search: Vec<Range>,
-    /// Where to write the result
+    /// Where to write the result; - is standard output
     #[arg(short, long, value_name = "FIT.json")]
     pub(crate) output: Option<PathBuf>,
-    /// Print the result as JSON instead of a table
-    #[arg(long, value_enum, default_value_t)]
-    pub(crate) format: Format,
+    #[command(flatten)]
+    pub(crate) result: ResultArgs,
 }
 
 const DEVICES: [Choice<Device>; 3] = [
@@ -270,14 +269,35 @@ pub(crate) struct VarianceArgs {
     /// Folder for the results
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: PathBuf,
+    #[command(flatten)]
+    pub(crate) result: ResultArgs,
 }
+
+/// Options that say how to fit.
+const OF_A_FIT: [&str; 14] = [
+    "values",
+    "fix",
+    "equal",
+    "sigma",
+    "loss",
+    "weights",
+    "no_pose",
+    "normals",
+    "coverage",
+    "one_sided",
+    "bootstrap",
+    "seed",
+    "trace",
+    "search",
+];
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
   gmlc inspect examples/cup/cup.gml scan.ply -o out/cup
   gmlc inspect examples/mug/mug.gml mug.ply --unit m --max-distance 25mm --resolution 2048 -o out/mug
-  gmlc inspect examples/cup/cup.gml scan.ply --tolerance 0.5mm --device-uncertainty 0.05mm -o out/cup")]
+  gmlc inspect examples/cup/cup.gml scan.ply --tolerance 0.5mm --device-uncertainty 0.05mm -o out/cup
+  gmlc inspect examples/cup/cup.gml scan.ply --params fit.json --no-fit -o out/cup")]
 pub(crate) struct InspectArgs {
     #[command(flatten)]
     pub(crate) script: ScriptArgs,
@@ -288,6 +308,9 @@ pub(crate) struct InspectArgs {
     /// Go on from a result of `gmlc fit`: from its parameters, pose and inputs; -p overrides parameters
     #[arg(long, value_name = "FIT.json")]
     pub(crate) params: Option<PathBuf>,
+    /// Measure and document the fit of --params as it is, without fitting again
+    #[arg(long, requires = "params", conflicts_with_all = OF_A_FIT)]
+    pub(crate) no_fit: bool,
     /// Fit every value of a whole-number input, such as bolts=3..16, and select the best (may be repeated)
     #[arg(long, value_name = "NAME=LOW..HIGH", value_parser = values::range)]
     pub(crate) search: Vec<Range>,
@@ -298,4 +321,6 @@ pub(crate) struct InspectArgs {
     /// Folder for the results
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: PathBuf,
+    #[command(flatten)]
+    pub(crate) result: ResultArgs,
 }

@@ -1,6 +1,6 @@
 //! Arguments of the commands that require a script and no scan.
 
-use super::{CompileArgs, Format, ScriptArgs, ValueArgs};
+use super::{CompileArgs, JsonArgs, ResultArgs, ScriptArgs, ValueArgs};
 use crate::picture;
 use crate::values;
 use clap::{Args, ValueEnum};
@@ -23,14 +23,13 @@ pub(crate) struct CheckArgs {
     /// Explain a diagnostic's code, with an example
     #[arg(long, value_name = "CODE")]
     pub(crate) explain: Option<String>,
-    /// How to print the result
-    #[arg(long, value_enum, default_value_t)]
-    pub(crate) format: Format,
+    #[command(flatten)]
+    pub(crate) result: ResultArgs,
 }
 
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  gmlc mesh examples/cup/cup.gml -p r=42mm -o cup.obj\n  gmlc mesh cup.gml --params fit.json --chord 0.005mm -o cup.ply\n  gmlc mesh cup.gml --view 35,25 --size 640x480 -o cup.png"
+    after_help = "Examples:\n  gmlc mesh examples/cup/cup.gml -p r=42mm -o cup.obj\n  gmlc mesh cup.gml --params fit.json --chord 0.005mm -o cup.ply\n  gmlc mesh cup.gml --view 35,25 --size 640x480 -o cup.png\n  gmlc mesh cup.gml --format stl -o - | gzip > cup.stl.gz"
 )]
 pub(crate) struct MeshArgs {
     #[command(flatten)]
@@ -38,9 +37,14 @@ pub(crate) struct MeshArgs {
     #[command(flatten)]
     pub(crate) values: ValueArgs,
     /// The file to write: .obj (with texture coordinates and groups), .ply or .stl; or .png, a picture with a tint for
-    /// every part
+    /// every part; - is standard output
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: PathBuf,
+    /// Format of the file [default: by the ending of its name]
+    #[arg(long, value_name = "FORMAT", value_parser = ["obj", "ply", "stl", "png"])]
+    pub(crate) format: Option<String>,
+    #[command(flatten)]
+    pub(crate) json: JsonArgs,
     /// Largest distance between the mesh and the exact surface [default: 0.02mm, or a fifth of a pixel for a picture]
     #[arg(long, value_name = "LENGTH", value_parser = values::positive_length)]
     pub(crate) chord: Option<f64>,
@@ -105,6 +109,33 @@ pub(crate) struct DocArgs {
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
+  gmlc completions bash > ~/.local/share/bash-completion/completions/gmlc
+  gmlc completions zsh > ~/.zfunc/_gmlc
+  gmlc completions fish > ~/.config/fish/completions/gmlc.fish")]
+pub(crate) struct CompletionsArgs {
+    /// The shell that reads them
+    #[arg(value_name = "SHELL")]
+    pub(crate) shell: clap_complete::Shell,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  gmlc man | man -l -                   read the page of gmlc
+  gmlc man fit | man -l -               that of `gmlc fit`
+  gmlc man -o ~/.local/share/man/man1   write the pages of all commands, for `man gmlc-fit`")]
+pub(crate) struct ManArgs {
+    /// The command whose page is printed [default: the page of gmlc itself]
+    #[arg(value_name = "COMMAND", conflicts_with = "output")]
+    pub(crate) command: Option<String>,
+    /// Folder for the pages of all commands
+    #[arg(short, long, value_name = "DIR")]
+    pub(crate) output: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
   gmlc fmt cup.gml                  one script, in place
   gmlc fmt --check examples stdlib  list scripts that are not formatted, and change nothing
   gmlc fmt - < cup.gml              to standard output
@@ -118,9 +149,8 @@ pub(crate) struct FmtArgs {
     /// 1
     #[arg(long)]
     pub(crate) check: bool,
-    /// How to print the result
-    #[arg(long, value_enum, default_value_t)]
-    pub(crate) format: Format,
+    #[command(flatten)]
+    pub(crate) result: ResultArgs,
 }
 
 #[derive(Debug, Args)]
@@ -133,9 +163,14 @@ pub(crate) struct VirtualScanArgs {
     pub(crate) script: ScriptArgs,
     #[command(flatten)]
     pub(crate) values: ValueArgs,
-    /// The scan to write (.ply, .obj or .stl)
+    /// The scan to write (.ply, .obj or .stl); - is standard output
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: PathBuf,
+    /// Format of the scan [default: by the ending of its name]
+    #[arg(long, value_name = "FORMAT", value_parser = ["obj", "ply", "stl"])]
+    pub(crate) format: Option<String>,
+    #[command(flatten)]
+    pub(crate) json: JsonArgs,
     /// Also write the true parameters and pose, which a fit should find
     #[arg(long, value_name = "FILE.json")]
     pub(crate) truth: Option<PathBuf>,

@@ -9,14 +9,18 @@ pub(crate) use comparison::{
     FitArgs, FitControls, InspectArgs, NormalsArg, ReportArgs, ScanArgs, VarianceArgs, VarianceControls,
 };
 pub(crate) use language::{
-    CheckArgs, DiffArgs, DocArgs, EmitArgs, FmtArgs, MeshArgs, ReplArgs, Stage, VirtualScanArgs,
+    CheckArgs, CompletionsArgs, DiffArgs, DocArgs, EmitArgs, FmtArgs, ManArgs, MeshArgs, ReplArgs, Stage,
+    VirtualScanArgs,
 };
 
+use crate::error::CommandError;
+use crate::outputs;
 use crate::values;
+use crate::verbosity::Verbosity;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use gml_compiler::check::InputValue;
 use std::ffi::OsString;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Generative models, compiled and differentiated, fitted to laser scans and compared with them.
 #[derive(Debug, Parser)]
@@ -24,6 +28,11 @@ use std::path::PathBuf;
 pub(crate) struct Cli {
     #[command(subcommand)]
     pub(crate) command: Command,
+    #[command(flatten)]
+    pub(crate) verbosity: Verbosity,
+    /// Leave out the defaults in a file gmlc.toml beside the script
+    #[arg(long, global = true, display_order = 1002)]
+    pub(crate) no_defaults: bool,
 }
 
 const AFTER_HELP: &str = "\
@@ -65,6 +74,10 @@ pub(crate) enum Command {
     Compare(CompareArgs),
     /// Evaluate expressions and definitions interactively
     Repl(ReplArgs),
+    /// Print the completions of all commands and options for a shell
+    Completions(CompletionsArgs),
+    /// Print a manual page, or write those of all commands
+    Man(ManArgs),
 }
 
 impl Command {
@@ -81,7 +94,7 @@ impl Command {
             Self::Diff(args) => (&[], &args.script.compile),
             Self::Emit(args) => (&[], &args.script.compile),
             Self::Compare(args) => return twice("--limit", &args.limits),
-            Self::Doc(_) | Self::Fmt(_) => return None,
+            Self::Doc(_) | Self::Fmt(_) | Self::Completions(_) | Self::Man(_) => return None,
         };
         let CompileArgs { inputs, limits, .. } = compile;
         twice("-p", values).or_else(|| twice("--input", inputs)).or_else(|| twice("--limit", limits))
@@ -129,6 +142,57 @@ pub(crate) enum Format {
     Json,
 }
 
+/// How a result is printed by commands whose --format says so, too.
+#[derive(Clone, Copy, Debug, Default, Args)]
+pub(crate) struct ResultArgs {
+    /// How to print the result
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+    #[command(flatten)]
+    json: JsonArgs,
+}
+
+impl ResultArgs {
+    /// Whether the result is for programs.
+    pub(crate) fn is_json(self) -> bool {
+        self.format == Format::Json || self.json.json
+    }
+
+    /// The text of a result for people: nothing where it is for programs.
+    pub(crate) fn text(self, text: &str) {
+        if !self.is_json() {
+            print!("{text}");
+        }
+    }
+}
+
+/// How a result is printed.
+#[derive(Clone, Copy, Debug, Default, Args)]
+pub(crate) struct JsonArgs {
+    /// Print the result as JSON on standard output
+    #[arg(long)]
+    json: bool,
+}
+
+impl JsonArgs {
+    /// Refuses two streams on standard output.
+    pub(crate) fn require_apart(self, output: &Path) -> Result<(), CommandError> {
+        if self.json && outputs::is_stream(output) {
+            return Err(CommandError::usage("--json and -o - both write to standard output; leave one out"));
+        }
+        Ok(())
+    }
+
+    /// Prints a result: as JSON, or in a line, which is a note where the output itself is on standard output.
+    pub(crate) fn print(self, output: &Path, result: &serde_json::Value, line: &str) {
+        match (self.json, outputs::is_stream(output)) {
+            (true, _) => println!("{result:#}"),
+            (_, true) => note!("{line}"),
+            _ => println!("{line}"),
+        }
+    }
+}
+
 /// Values of parameters.
 #[derive(Debug, Args)]
 pub(crate) struct ValueArgs {
@@ -162,6 +226,20 @@ pub(crate) fn with_negative_values(words: impl IntoIterator<Item = OsString>) ->
         }
     }
     joined
+}
+
+/// Options whose value is NAME=VALUE.
+const ASSIGNMENTS: [&str; 7] = ["-p", "--param", "--param-a", "--param-b", "--input", "--input-a", "--input-b"];
+
+/// A sentence on a value that is divided into two words: `-p r 42mm`. For a command line that cannot be parsed.
+pub(crate) fn divided(words: &[OsString]) -> Option<String> {
+    let is_name = |word: &str| !word.contains('=') && word.chars().all(|c| c.is_alphanumeric() || c == '_');
+    let is_value = |word: &str| word.trim_start_matches(['+', '-', '.']).starts_with(|c: char| c.is_ascii_digit());
+    words.windows(3).find_map(|three| {
+        let [option, name, value] = [0, 1, 2].map(|k| three[k].to_str().unwrap_or_default());
+        let is_divided = ASSIGNMENTS.contains(&option) && is_name(name) && is_value(value);
+        is_divided.then(|| format!("{option} {name} {value}: name and value are one word: {option} {name}={value}"))
+    })
 }
 
 #[cfg(test)]

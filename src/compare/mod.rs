@@ -3,12 +3,11 @@
 mod operand;
 mod shown;
 
-use crate::cli::{CompareArgs, Format};
+use crate::cli::CompareArgs;
 use crate::error::CommandError;
 use crate::outputs;
 use crate::progress::TerminalProgress;
 use gml_runtime::compare::{self, CompareError, CompareOptions, Comparison};
-use gml_runtime::export::json;
 use operand::{Given, Operand};
 use serde::Serialize;
 
@@ -55,15 +54,15 @@ pub(crate) fn run(args: &CompareArgs) -> Result<(), CommandError> {
     comparison.warnings.splice(0..0, a.warnings("A").chain(b.warnings("B")).chain(operand::differences(&a, &b)));
     let file = ComparisonFile { operands: [a.named(), b.named()], comparison: &comparison };
     if let Some(path) = &args.output {
-        outputs::make_parent(path)?;
-        json::write(path, &file).map_err(CommandError::failed)?;
+        outputs::write_json(path, &file)?;
     }
-    match args.format {
-        Format::Json => {
-            let text = serde_json::to_string_pretty(&file).map_err(CommandError::failed)?;
-            println!("{text}");
+    // What is on standard output already is a result for programs.
+    match (args.output.as_deref().is_some_and(outputs::is_stream), args.result.is_json()) {
+        (true, _) => Ok(()),
+        (_, true) => outputs::print_json(&file),
+        _ => {
+            print!("{}", shown::summary(&file.operands, &comparison));
+            Ok(())
         }
-        Format::Text => print!("{}", shown::summary(&file.operands, &comparison)),
     }
-    Ok(())
 }

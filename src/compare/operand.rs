@@ -63,7 +63,14 @@ impl Given<'_> {
     fn rename(&self, error: CommandError) -> CommandError {
         match error {
             CommandError::Usage(message) => CommandError::Usage(match message.strip_prefix("-p ") {
-                Some(rest) => format!("--param-{} {rest}", self.side),
+                // An input is named with the option that sets it.
+                Some(rest) => {
+                    format!(
+                        "--param-{} {}",
+                        self.side,
+                        rest.replace(": --input ", &format!(": --input-{} ", self.side))
+                    )
+                }
                 None => message,
             }),
             error => error,

@@ -91,7 +91,8 @@ fn distances(name: &str, difference: &Difference) -> String {
     rows.extend(difference.parts.iter().map(|part| row(&part.name, &part.statistics)));
     let other = if name == "A" { "B" } else { "A" };
     let heading = format!("from {name} to {other}");
-    let headings = [&*heading, "area mm2", "matched", "signed mean", "sd", "rms", "95 %", "largest", "at"];
+    let headings =
+        [&*heading, "area mm2", "matched", "signed mean mm", "sd mm", "rms mm", "95 % mm", "largest mm", "at mm"];
     table::render(&headings, &rows)
 }
 
@@ -100,7 +101,8 @@ fn distances(name: &str, difference: &Difference) -> String {
 fn parameters(comparison: &Comparison, is_fitted: bool) -> String {
     let mut out = String::new();
     let row = |p: &ParameterDifference| {
-        let shown = |value: f64| table::number(p.quantity.written(value).0);
+        let sd = p.sd.map(|sd| p.quantity.written(sd).0);
+        let shown = |value: f64| table::rounded(p.quantity.written(value).0, sd);
         let verdict = match (p.significant, &p.without_sd) {
             (Some(true), _) => "differs".to_owned(),
             (Some(false), _) => "alike".to_owned(),
@@ -164,6 +166,6 @@ fn explained(comparison: &Comparison) -> String {
     };
     let mut rows = vec![row("all", all.rms, all.remaining, Some(all.share), &all.parameters)];
     rows.extend(all.parts.iter().map(|p| row(&p.name, p.rms, p.remaining, p.share, &p.parameters)));
-    let headings = ["part of A", "rms", "explained", "remaining", "by the difference of"];
+    let headings = ["part of A", "rms mm", "explained", "remaining mm", "by the difference of"];
     format!("\n{}", table::render(&headings, &rows))
 }

@@ -63,7 +63,7 @@ fn editor(repl: &Repl) -> Result<Lines, CommandError> {
         .map_err(CommandError::failed)?
         .build();
     let mut lines = Lines::with_config(config).map_err(CommandError::failed)?;
-    let colour = std::env::var_os("NO_COLOR").is_none();
+    let colour = crate::verbosity::allows_colour();
     lines.set_helper(Some(Help { session: repl.session.clone(), colour }));
     Ok(lines)
 }

@@ -3,7 +3,8 @@
 use super::commands::no_model;
 use super::state::Repl;
 use crate::cli::{
-    self, CompileArgs, FitControls, InspectArgs, MeshArgs, ReportArgs, ScanArgs, ScriptArgs, VarianceControls,
+    self, CompileArgs, FitControls, InspectArgs, MeshArgs, ReportArgs, ResultArgs, ScanArgs, ScriptArgs,
+    VarianceControls,
 };
 use crate::error::CommandError;
 use crate::progress::TerminalProgress;
@@ -14,7 +15,6 @@ use crate::subject::Subject;
 use crate::{fit as fitting, inspect as inspecting, measure, mesh as meshing, outputs, record};
 use clap::{CommandFactory, Parser};
 use gml_compiler::program::{Limits, Program};
-use gml_runtime::export::json;
 use gml_runtime::model::Motion;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -120,8 +120,7 @@ pub(crate) fn fit(repl: &mut Repl, rest: &str) -> Result<(), CommandError> {
     fitting::write_trace(controls.trace.as_deref(), &fitted)?;
     fitting::unless_interrupted(&fitted)?;
     if let Some(path) = &line.output {
-        outputs::make_parent(path)?;
-        json::write(path, &fitted).map_err(CommandError::failed)?;
+        outputs::write_json(path, &fitted)?;
     }
     print!("{}", fitting::summary(&fitted));
     let values: Vec<f64> = fitted.parameters.iter().map(|p| p.value).collect();
@@ -140,10 +139,12 @@ pub(crate) fn inspect(repl: &mut Repl, rest: &str) -> Result<(), CommandError> {
         scan: line.scan,
         fit,
         params: None,
+        no_fit: false,
         search: Vec::new(),
         variance: line.variance,
         report: ReportArgs::default(),
         output: line.output,
+        result: ResultArgs::default(),
     };
     if let (Some(trace), Some(params)) = (&args.fit.trace, &repl.params) {
         outputs::require_apart(trace, [params.as_path()])?;

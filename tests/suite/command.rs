@@ -8,9 +8,7 @@ use tempfile::tempdir;
 fn help_of_every_command() {
     let folder = tempdir().expect("a folder");
     let mut all = gmlc(folder.path(), &["--help"]);
-    for command in
-        ["check", "mesh", "diff", "doc", "emit", "fmt", "scan", "fit", "variance", "inspect", "compare", "repl"]
-    {
+    for command in crate::options::COMMANDS {
         all.push_str(&format!("\n$ gmlc {command} --help\n"));
         all.push_str(&gmlc(folder.path(), &[command, "--help"]));
     }
@@ -155,11 +153,10 @@ fn reference_pages_are_printed_or_written() {
     let cup = gmlc(folder.path(), &["doc", &example("cup/cup.gml")]);
     assert!(cup.starts_with("# cup.gml\n\n## Model cup\n\nThe generative cup"), "{cup}");
     assert!(cup.contains("| `r` | length | `15mm` | `80mm` | `40mm` | Radius at the rim. |"), "{cup}");
-    let out = gmlc(folder.path(), &["doc", &example("cup/cup.gml"), "-o", "new/pages"]);
-    assert_eq!(out, "wrote new/pages/cup.md\n");
+    assert_eq!(gmlc(folder.path(), &["doc", &example("cup/cup.gml"), "-o", "new/pages"]), "");
     assert_eq!(fs::read_to_string(folder.path().join("new/pages/cup.md")).expect("a page"), cup);
-    let out = gmlc(folder.path(), &["doc", "std", "-o", "std"]);
-    assert!(out.contains("wrote std/README.md\n") && out.contains("wrote std/curve.md\n"), "{out}");
+    gmlc(folder.path(), &["doc", "std", "-o", "std"]);
+    assert!(["std/README.md", "std/curve.md"].iter().all(|page| folder.path().join(page).exists()));
     fs::write(folder.path().join("wrong.gml"), "model m {").expect("written");
     assert!(fails(folder.path(), &["doc", "wrong.gml"], 1).contains("never closed"));
 }

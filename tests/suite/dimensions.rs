@@ -119,7 +119,7 @@ fn inspections_judge_measures() {
     assert!(fs::read_to_string(folder.join("out/model.x3d")).expect("a scene").contains("diameter"));
     // The start values that are given are the nominal ones.
     let error = refuses(3, &["-p", "r=21mm"]);
-    assert!(error.contains("does not conform: diameter") && error.contains("from the nominal 42.0000 mm"), "{error}");
+    assert!(error.contains("does not conform: diameter") && error.contains("from the nominal 42."), "{error}");
     // A parameter that is held was not measured.
     let error = refuses(4, &["--fix", "r"]);
     assert!(error.contains("undecided: diameter") && error.contains("nothing that was fitted"), "{error}");
@@ -162,8 +162,8 @@ fn the_table_of_a_script_has_measures_with_derivatives() {
     let folder = tempdir().expect("a folder");
     fs::write(folder.path().join("can.gml"), CAN).expect("written");
     let said = gmlc(folder.path(), &["check", "can.gml"]);
-    let row = "diameter  40.0000  mm    -0.1000  0.2000  r 2.0000             Across the outside.";
-    assert!(said.contains(row) && said.contains("slope     68.1986  deg"), "{said}");
+    let row = "diameter   40.000  mm    -0.1000  0.2000  r 2.0000             Across the outside.";
+    assert!(said.contains(row) && said.contains("slope      68.199  deg"), "{said}");
     let document: Value =
         serde_json::from_str(&gmlc(folder.path(), &["check", "can.gml", "--format", "json"])).expect("a document");
     let slope = measure(&document, "slope");

@@ -13,6 +13,7 @@ fn every_command_of_the_documentation_works() {
     let pages = [
         "README.md",
         "docs/output.md",
+        "docs/command.md",
         "docs/fitting.md",
         "docs/language.md",
         "docs/tutorial.md",

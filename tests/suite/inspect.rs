@@ -225,7 +225,7 @@ fn parts_have_tolerances() {
     std::fs::write(folder.path().join("can.gml"), text).expect("written");
     gmlc(folder.path(), &["mesh", "can.gml", "-p", "r=20.15mm", "-o", "near.ply"]);
     gmlc(folder.path(), &["mesh", "can.gml", "-p", "r=20.4mm", "-o", "far.ply"]);
-    let measure = ["-o", "out", "--device", "cpu", "--resolution", "128", "--tolerance", "0.01mm"];
+    let measure = ["-q", "-o", "out", "--device", "cpu", "--resolution", "128", "--tolerance", "0.01mm"];
     gmlc(folder.path(), &[&["variance", "can.gml", "near.ply"], &measure[..]].concat());
     let error = fails(folder.path(), &[&["variance", "can.gml", "far.ply"], &measure[..]].concat(), 3);
     assert!(error.starts_with("does not conform: side: ") && !error.contains("top"), "{error}");

@@ -6,6 +6,8 @@ mod command;
 mod compare;
 #[cfg(unix)]
 mod concurrency;
+#[cfg(unix)]
+mod defaults;
 mod diagnostics;
 mod dimensions;
 mod documentation;
@@ -20,6 +22,7 @@ mod limits;
 #[cfg(unix)]
 mod messages;
 mod nist;
+mod options;
 mod prose;
 mod repl;
 #[cfg(unix)]

@@ -320,7 +320,12 @@ fn scripts_that_are_skipped_are_named() {
 fn drivers_say_nothing_without_a_display() {
     let folder = ball::fitted();
     let mut command = Command::new(env!("CARGO_BIN_EXE_gmlc"));
-    command.args(["inspect", "ball.gml", "scan.ply", "-o", "out", "--resolution", "64"]).current_dir(folder.path());
-    let output = command.env_remove("XDG_RUNTIME_DIR").env_remove("WAYLAND_DISPLAY").output().expect("gmlc");
+    command.args(["inspect", "-q", "ball.gml", "scan.ply", "-o", "out", "--resolution", "64"]);
+    let output = command
+        .current_dir(folder.path())
+        .env_remove("XDG_RUNTIME_DIR")
+        .env_remove("WAYLAND_DISPLAY")
+        .output()
+        .expect("gmlc");
     assert!(output.stderr.is_empty(), "{}", text(&output.stderr));
 }

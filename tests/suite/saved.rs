@@ -90,7 +90,7 @@ fn inputs_that_contradict_a_fit_are_refused() {
 #[test]
 fn a_fit_belongs_to_its_script() {
     let folder = fitted();
-    let mesh = ["mesh", "drum.gml", "--params", "fit.json", "-o", "drum.ply"];
+    let mesh = ["mesh", "-q", "drum.gml", "--params", "fit.json", "-o", "drum.ply"];
     let said = || text(&gmlc_in(folder.path(), &mesh).stderr);
     assert_eq!(said(), "");
     let changed = "warning: fit.json: the text of the script, or of what it uses, has changed since the fit\n";
@@ -120,7 +120,7 @@ fn a_fit_of_an_older_version_is_read() {
     let fields = fit.as_object_mut().expect("an object");
     assert!(fields.remove("inputs").is_some() && fields.remove("script_sha256").is_some());
     write(folder.path(), "fit.json", &fit.to_string());
-    let mesh = ["mesh", "drum.gml", "--params", "fit.json", "--input", "tall=true", "-o", "drum.ply"];
+    let mesh = ["mesh", "-q", "drum.gml", "--params", "fit.json", "--input", "tall=true", "-o", "drum.ply"];
     let output = gmlc_in(folder.path(), &mesh);
     let (out, err) = (text(&output.stdout), text(&output.stderr));
     assert!(output.status.success() && out.contains("6 parts"), "{out}{err}");
@@ -147,7 +147,7 @@ fn the_status_tells_a_fit_from_a_failure() {
     let folder = fitted();
     // No ball is a drum.
     write(folder.path(), "ball.gml", "model ball {\n  param r: length in 1mm..4mm = 3mm\n  part ball = sphere(r)\n}\n");
-    let fit = ["fit", "ball.gml", "scan.ply", "-o", "ball.json"];
+    let fit = ["fit", "-q", "ball.gml", "scan.ply", "-o", "ball.json"];
     let error = fails(folder.path(), &fit, 4);
     assert!(
         error.starts_with("unreliable fit: only ") && error.contains("of the model") && error.lines().count() == 1,

@@ -38,7 +38,7 @@ fn statuses_are_those_of_the_verdicts() {
     let folder = folder.path();
     std::fs::write(folder.join("plate.gml"), PLATE).expect("written");
     let measure = |file: &str, options: &[&str]| {
-        let args = ["variance", "plate.gml", file, "--device", "cpu", "--resolution", "256", "-o", "out"];
+        let args = ["variance", "-q", "plate.gml", file, "--device", "cpu", "--resolution", "256", "-o", "out"];
         [&args[..], options].concat().into_iter().map(str::to_owned).collect::<Vec<_>>()
     };
     let passes = |file: &str, options: &[&str]| {

@@ -157,7 +157,7 @@ impl<'a> Checker<'a> {
             let message = format!("the model '{}' has no input '{name}'", decl.name.text);
             let diagnostic = Diagnostic::new(Code::UnknownInput, decl.name.span, message);
             self.report(if names.contains(&(name.as_str(), false)) {
-                diagnostic.hint(format!("'{name}' is a param: it is set when the model is evaluated"))
+                diagnostic.hint(format!("'{name}' is a param, not an input: `-p {name}=VALUE` sets it"))
             } else {
                 match nearest(name, names.iter().filter(|(_, input)| *input).map(|(n, _)| *n)) {
                     Some(near) => diagnostic.hint(format!("did you mean '{near}'?")),

@@ -37,9 +37,11 @@ const MAPS: (&str, &str) = ("sensitivity-", ".png");
 /// The file of a fit.
 pub const FIT: &str = "fit.json";
 
-/// The files that every measurement and every inspection have.
-const FIGURES: &str = "variance.json";
-const REPORT: &str = "report.html";
+/// The file of the figures, which every measurement has.
+pub const FIGURES: &str = "variance.json";
+
+/// The file of the report, which every inspection has.
+pub const REPORT: &str = "report.html";
 
 /// The fit of a run that ended before the rest of its results was there, in the folder of an earlier result.
 pub const UNFINISHED: &str = "unfinished-fit.json";

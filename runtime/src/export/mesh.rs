@@ -21,7 +21,13 @@ impl MeshFormat {
     /// The format that the ending of a file's name says, in any case of letters; none where it says another.
     #[must_use]
     pub fn of(path: &Path) -> Option<Self> {
-        match path.extension()?.to_string_lossy().to_ascii_lowercase().as_str() {
+        Self::named(&path.extension()?.to_string_lossy())
+    }
+
+    /// The format of a name such as `obj`, in any case of letters.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Self> {
+        match name.to_ascii_lowercase().as_str() {
             "obj" => Some(Self::Obj),
             "ply" => Some(Self::Ply),
             "stl" => Some(Self::Stl),
