@@ -8,6 +8,8 @@ use crate::values::LONGEST_FIELD;
 use clap::parser::ValueSource;
 use clap::{ArgMatches, Command, CommandFactory};
 use gml_compiler::program::Program;
+use gml_compiler::source::SourceFile;
+use gml_runtime::export::report::Scripts;
 use gml_runtime::record::{Field, Record, Setting, UsedFile, hexadecimal};
 use gml_runtime::scan::ScanSource;
 use sha2::{Digest, Sha256};
@@ -133,10 +135,20 @@ pub(crate) fn add_inputs(record: &mut Record, scan: &ScanSource, program: &Progr
     }
 }
 
-/// Names and texts of a model's scripts, its own first, for the documents.
-pub(crate) fn scripts(program: &Program) -> Vec<(String, String)> {
-    let scripts = program.sources().scripts();
-    scripts.map(|file| (file_name(Path::new(file.name.as_str())), file.text.to_string())).collect()
+/// A model's scripts for the documents.
+pub(crate) fn scripts(program: &Program) -> Scripts {
+    let sources = program.sources();
+    let name = |file: &SourceFile| file_name(Path::new(file.name.as_str()));
+    let declared = |part: usize| {
+        let span = program.part_span(part);
+        sources
+            .get(span.file)
+            .map_or_else(String::new, |file| format!("{}:{}", name(file), sources.line_column(span).0))
+    };
+    Scripts {
+        texts: sources.scripts().map(|file| (name(file), file.text.to_string())).collect(),
+        declared: (0..program.parts().len()).map(declared).collect(),
+    }
 }
 
 /// Adds the scan.

@@ -8,6 +8,7 @@ use crate::script::{Valued, compile_valued};
 use crate::{deviations, dimensions, fit, measure, outputs, record, table};
 use gml_compiler::program::Program;
 use gml_runtime::export::folder::{FIT, REPORT, ResultFolder};
+use gml_runtime::export::report::Scripts;
 use gml_runtime::fit::FitResult;
 use gml_runtime::inspect::{self, Documents};
 use gml_runtime::model::Motion;
@@ -53,7 +54,7 @@ struct Measured {
     /// The fit whose model was measured.
     fit: Option<FitResult>,
     upright: Motion,
-    scripts: Vec<(String, String)>,
+    scripts: Scripts,
 }
 
 fn from_model(args: &VarianceArgs, options: &MeasureOptions, mut record: Record) -> Result<Measured, CommandError> {
@@ -94,7 +95,7 @@ fn from_mesh(args: &VarianceArgs, options: &MeasureOptions, mut record: Record) 
     report.provenance = Some(record);
     let name = record::file_name(&args.reference);
     // Which way is up in a mesh is not known: that of its coordinates, as most programs have it.
-    Ok(Measured { folder, scan, name, measurement, fit: None, upright: Motion::IDENTITY, scripts: Vec::new() })
+    Ok(Measured { folder, scan, name, measurement, fit: None, upright: Motion::IDENTITY, scripts: Scripts::default() })
 }
 
 fn read_scan(args: &VarianceArgs) -> Result<Scan, CommandError> {

@@ -3,7 +3,7 @@
 use crate::export::measurement::{self, DocumentError, Extras, Textures, png};
 use crate::export::picture::Picture;
 use crate::export::render::{self, DeviationColours, Layer, Paint, View};
-use crate::export::report::{self, Figure, Report, file_name};
+use crate::export::report::{self, Figure, Report, Scripts, file_name};
 use crate::export::x3d::{self, MetadataGroup, X3dScene};
 use crate::export::{atomic, json, number, palette};
 use crate::fit::{self, AllowedDeviation, FitError, FitOptions, FitResult, FittedMeasure};
@@ -58,8 +58,8 @@ pub struct Documents<'a> {
     pub measurement: &'a Measurement,
     /// See [`Inspection::upright`]; the identity where nothing is known.
     pub upright: Motion,
-    /// The names and the texts of the model's scripts.
-    pub scripts: &'a [(String, String)],
+    /// The model's scripts.
+    pub scripts: &'a Scripts,
 }
 
 /// Why a scan cannot be inspected.
@@ -124,12 +124,12 @@ impl Inspection {
     /// # Errors
     /// If a file cannot be written.
     ///
-    /// `scripts` are the names and the texts of the model's scripts.
+    /// `scripts` are those of the model.
     pub fn write(
         &self,
         folder: &Path,
         scan: &Scan,
-        scripts: &[(String, String)],
+        scripts: &Scripts,
         extras: Extras,
         progress: &dyn Progress,
     ) -> Result<(), DocumentError> {
@@ -137,9 +137,9 @@ impl Inspection {
         self.documents(scripts).write(folder, scan, extras, progress)
     }
 
-    /// The documents besides fit.json. `scripts` are the names and the texts of the model's scripts.
+    /// The documents besides fit.json. `scripts` are those of the model.
     #[must_use]
-    pub fn documents<'a>(&'a self, scripts: &'a [(String, String)]) -> Documents<'a> {
+    pub fn documents<'a>(&'a self, scripts: &'a Scripts) -> Documents<'a> {
         let Self { fit, measurement, upright } = self;
         Documents { name: &fit.model, fit: Some(fit), measurement, upright: *upright, scripts }
     }
@@ -167,7 +167,7 @@ impl Documents<'_> {
         progress.report("writing", f64::NAN, "model.x3d, report.html");
         let title = format!("{} compared with {}", self.name, file_name(&scan.source.path));
         let scene = self.scene(&title, &textures)?;
-        let report = self.report(&title, &textures, &views)?;
+        let report = self.report(&title, scan, &textures, &views)?;
         atomic::write(&folder.join("views.png"), &png(&Picture::sheet(&views, SIDES.len()))?)?;
         atomic::write(&folder.join("model.x3d"), scene.as_bytes())?;
         atomic::write(&folder.join("report.html"), report.as_bytes())?;
@@ -202,22 +202,29 @@ impl Documents<'_> {
         })?)
     }
 
-    fn report(&self, title: &str, textures: &Textures, views: &[Picture]) -> Result<String, DocumentError> {
+    fn report(
+        &self,
+        title: &str,
+        scan: &Scan,
+        textures: &Textures,
+        views: &[Picture],
+    ) -> Result<String, DocumentError> {
         let sides = SIDES.len();
-        let scan = views[..sides].iter().map(palette::png).collect::<Result<Vec<_>, _>>()?;
+        let scanned = views[..sides].iter().map(palette::png).collect::<Result<Vec<_>, _>>()?;
         let model = views[sides..2 * sides].iter().map(palette::png).collect::<Result<Vec<_>, _>>()?;
         fn figures(files: &[Vec<u8>]) -> Vec<Figure<'_>> {
             files.iter().zip(&SIDES).map(|(png, (caption, _))| Figure { caption, png }).collect()
         }
-        let scanned = format!(
+        let heading = format!(
             "Scan (in magenta what is farther than {} mm from the model, or faces another way)",
             number(self.measurement.report.max_distance)
         );
-        let (model, scan) = (figures(&model), figures(&scan));
+        let (model, scanned) = (figures(&model), figures(&scanned));
         Ok(report::write(&Report {
             title,
             record: self.measurement.report.provenance.as_ref(),
             scripts: self.scripts,
+            scan: &scan.mesh,
             fit: self.fit,
             variance: &self.measurement.report,
             deviations: &self.measurement.deviations,
@@ -226,7 +233,7 @@ impl Documents<'_> {
             conformance_png: textures.conformance.as_deref(),
             colour_range: textures.colour_range,
             picture: model.first().copied(),
-            pictures: &[("Model in the colours of its deviations", &model[1..]), (&scanned, &scan)],
+            pictures: &[("Model in the colours of its deviations", &model[1..]), (&heading, &scanned)],
         }))
     }
 

@@ -37,8 +37,8 @@ impl CodeMemory {
         let optimised = target(options, OptLevel::Speed)?;
         let unoptimised = target(options, OptLevel::None)?;
         let mut builder = JITBuilder::with_isa(optimised.clone(), cranelift_module::default_libcall_names());
-        // Functions call each other by distances of 32 bits. In regions of its own each may lie farther from the others,
-        // and Cranelift panics, where memory is in pieces.
+        // Functions call each other by distances of 32 bits. In regions of its own each may lie farther from the
+        // others, and Cranelift panics, where memory is in pieces.
         let memory = ArenaMemoryProvider::new_with_size(RESERVED).map_err(|e| JitError::Host(e.to_string()))?;
         builder.memory_provider(Box::new(memory));
         builder.symbols(host::all().into_iter().map(|f| (f.name, f.address)));

@@ -2,6 +2,7 @@
 
 mod atlas;
 mod breaks;
+mod charts;
 mod classes;
 mod closed;
 mod ends;
@@ -23,6 +24,7 @@ mod winding;
 pub use atlas::{Atlas, AtlasError, Chart, LARGEST, SMALLEST};
 pub(crate) use breaks::spans;
 pub use breaks::{Break, BreakKind, Breaks};
+pub use charts::{ChartMap, surface_coordinates};
 pub use closed::{Closedness, OpenBorder};
 pub use gml_compiler::program::{EvaluationError, Order, Sites};
 pub use material::{Material, Standing};

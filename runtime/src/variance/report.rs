@@ -6,7 +6,7 @@ use super::statistics::PartTexels;
 use super::texel_widths::TexelSizes;
 use super::{
     Conformance, DatumRelations, Detection, Deviations, DimensionVerdict, Explanation, FormDeviation, HoleSummary,
-    Matching, OverallVerdict, PointDistances, PointMeasure, Statistics, Tolerance, UnmatchedSummary, Verdict,
+    Matching, OverallVerdict, Peak, PointDistances, PointMeasure, Statistics, Tolerance, UnmatchedSummary, Verdict,
 };
 use crate::model::{SensitivityMap, Texels};
 use crate::record::Record;
@@ -77,6 +77,9 @@ pub struct VarianceReport {
     pub parts: Vec<PartStatistics>,
     /// Parts of one name with different indices (`hole[0]`, `hole[1]`, ...) taken together, in the model's order.
     pub groups: Vec<PartStatistics>,
+    /// Where deviations are largest, largest first: ten places at most, apart from each other.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub peaks: Vec<Peak>,
     /// The holes of the scan that were closed, if that was requested.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub holes: Option<HoleSummary>,
@@ -248,6 +251,7 @@ impl VarianceReport {
             parts,
             groups,
             holes: None,
+            peaks: Vec::new(),
             sensitivities: Vec::new(),
             unmatched: None,
             seconds: VarianceSeconds::default(),

@@ -1,6 +1,7 @@
 //! report.html: the results for people, in one file that needs nothing else and loads nothing.
 
 mod agreement;
+mod cloud;
 mod fitted;
 mod histogram;
 mod inference;
@@ -16,19 +17,31 @@ mod tables;
 #[cfg(test)]
 mod tests;
 mod trace;
+mod view;
 
 pub(crate) use summary::file_name;
 
 use super::colormap::{NO_DATA, diverging};
 use super::escape::escape;
+use super::number;
 use super::x3d::shaders;
 use crate::fit::FitResult;
+use crate::mesh::TriangleMesh;
 use crate::model::Tessellation;
 use crate::record::Record;
 use crate::variance::{Deviations, VarianceReport};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use std::fmt::Write;
+
+/// What the report knows of the model's scripts.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Scripts {
+    /// Names and texts, the model's own first.
+    pub texts: Vec<(String, String)>,
+    /// Where each part is declared (`cup.gml:12`), in the model's order; empty where that is not known.
+    pub declared: Vec<String>,
+}
 
 /// The content of the report.
 #[derive(Clone, Copy, Debug)]
@@ -37,8 +50,10 @@ pub struct Report<'a> {
     pub title: &'a str,
     /// What it was made with, if that is known.
     pub record: Option<&'a Record>,
-    /// Names and texts of the scripts, the model's own first.
-    pub scripts: &'a [(String, String)],
+    /// The scripts.
+    pub scripts: &'a Scripts,
+    /// The scan, some of whose points the view shows.
+    pub scan: &'a TriangleMesh,
     /// The fit; none where the model was given as it is.
     pub fit: Option<&'a FitResult>,
     /// The statistics.
@@ -79,7 +94,7 @@ pub fn write(report: &Report<'_>) -> String {
         _ => "along the normal",
     };
     let filled = report.variance.holes.as_ref().map_or("", |_| ", olive where a hole of it was closed");
-    let insertions: [(&str, String); 26] = [
+    let insertions: [(&str, String); 30] = [
         ("title", escape(report.title)),
         ("style", include_str!("style.css").to_owned()),
         ("facts", summary::facts(report)),
@@ -99,17 +114,23 @@ pub fn write(report: &Report<'_>) -> String {
         ("histograms", histogram::of_parts(report.deviations, report.colour_range)),
         ("running", running(report)),
         ("step", tables::number(step)),
+        ("range", number(report.colour_range)),
         ("conformance", report.conformance_png.map_or_else(String::new, conformance)),
         ("texel_data", surface::texels(report.deviations, step)),
-        ("data", include_str!("data.js").to_owned()),
         ("provenance", origin::origin(report)),
         ("mesh", surface::mesh(&report.tessellation.mesh)),
-        ("scene", surface::scene(report)),
-        ("viewer", include_str!("viewer.js").to_owned()),
+        ("cloud", cloud::points(report.scan)),
+        ("scene", view::scene(report)),
+        ("labels", view::labels(report, step)),
+        ("parts", view::parts(report)),
+        ("tolerance", view::tolerance_control(report)),
+        ("viewer", view::SCRIPT.concat()),
     ];
     let shaders = [
-        ("vertex_shader", shaders::complete(include_str!("viewer.vert"))),
-        ("fragment_shader", shaders::complete(include_str!("viewer.frag"))),
+        ("surface_vertex", shaders::complete(include_str!("view/view.vert"))),
+        ("surface_fragment", shaders::complete(include_str!("view/view.frag"))),
+        ("points_vertex", include_str!("view/points.vert").to_owned()),
+        ("points_fragment", include_str!("view/points.frag").to_owned()),
     ];
     fill(include_str!("page.html"), insertions.iter().chain(&shaders))
 }

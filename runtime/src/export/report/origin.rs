@@ -35,7 +35,7 @@ pub(super) fn origin(report: &Report<'_>) -> String {
     } else {
         let _ = writeln!(out, "<p>Scan SHA-256 <code>{}</code></p>", escape(&report.variance.scan.sha256));
     }
-    for (name, text) in report.scripts {
+    for (name, text) in &report.scripts.texts {
         let (name, text) = (escape(name), escape(text));
         let _ = writeln!(out, "<details><summary>Script {name}</summary>\n<pre tabindex=\"0\">{text}</pre></details>");
     }

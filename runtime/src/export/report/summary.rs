@@ -14,7 +14,7 @@ pub(super) fn facts(report: &Report<'_>) -> String {
     let size = format!("{} points, {} triangles, in {}", scan.points, scan.triangles, scan.unit);
     let stated = report.record.iter().flat_map(|record| &record.fields);
     let mut rows: Vec<(&str, String)> = stated.map(|field| (field.name.as_str(), field.value.clone())).collect();
-    let script = report.scripts.first().map_or_else(String::new, |(name, _)| format!(" ({name})"));
+    let script = report.scripts.texts.first().map_or_else(String::new, |(name, _)| format!(" ({name})"));
     if let Some(fit) = report.fit {
         rows.push(("Model", format!("{}{script}", fit.model)));
     }

@@ -1,21 +1,16 @@
-//! The input of the interactive view and of the map: mesh, deviations of the texels, and figures.
+//! The input of the interactive view and of the map: mesh, and deviations of the texels.
 
-use super::Report;
 use super::pack::Planes;
-use crate::export::colormap::{AMBIGUOUS, BURIED, CONTRADICTED, FILLED, NO_DATA, diverging};
+use crate::export::colormap::{AMBIGUOUS, BURIED, CONTRADICTED, FILLED, NO_DATA};
 use crate::mesh::TriangleMesh;
 use crate::variance::Deviations;
-use serde_json::json;
 
 /// Steps of a deviation from zero to the end of the colour scale: with so many no channel of its colour is off by more
 /// than one.
 const STEPS: f64 = 256.0;
 
-/// Samples of the colour scale between which the page interpolates: its anchors are among them.
-const SCALE_SAMPLES: usize = 17;
-
 /// What a texel is if it has no distance; data.js and viewer.frag know the numbers.
-const CLASSES: [[u8; 3]; 5] = [NO_DATA, FILLED, BURIED, CONTRADICTED, AMBIGUOUS];
+pub(super) const CLASSES: [[u8; 3]; 5] = [NO_DATA, FILLED, BURIED, CONTRADICTED, AMBIGUOUS];
 
 /// The mesh as data.js reads it: planes of the vertices' positions within the bounding box and texture coordinates, 16
 /// bits each; of their normals, 8 bits each; and of the triangles' vertices, counted from those of the triangle before.
@@ -49,7 +44,7 @@ pub(super) fn mesh(mesh: &TriangleMesh) -> String {
     planes.text()
 }
 
-fn drawn(mesh: &TriangleMesh) -> impl Iterator<Item = &[u32; 3]> {
+pub(super) fn drawn(mesh: &TriangleMesh) -> impl Iterator<Item = &[u32; 3]> {
     mesh.triangles.iter().filter(|t| t.iter().all(|&v| (v as usize) < mesh.positions.len()))
 }
 
@@ -106,24 +101,4 @@ fn class(deviations: &Deviations, i: usize, distance: f64) -> u8 {
     } else {
         1
     }
-}
-
-/// Figures for the view, as JSON that holds no text from users.
-pub(super) fn scene(report: &Report<'_>) -> String {
-    let mesh = &report.tessellation.mesh;
-    let texels = &report.deviations.texels;
-    let scale = |i: usize| diverging(2.0 * i as f64 / (SCALE_SAMPLES - 1) as f64 - 1.0);
-    json!({
-        "vertices": mesh.positions.len(),
-        "triangles": drawn(mesh).count(),
-        "width": texels.width,
-        "height": texels.height,
-        "halfSize": (mesh.bounds().size() / 2.0).to_array(),
-        "step": step(report.colour_range, report.variance.max_distance),
-        "colourRange": report.colour_range,
-        "scale": (0..SCALE_SAMPLES).map(scale).collect::<Vec<_>>(),
-        "classes": CLASSES,
-        "frame": report.turned,
-    })
-    .to_string()
 }

@@ -1,4 +1,4 @@
-use super::{Figure, Report, fill, write};
+use super::{Figure, Report, Scripts, fill, write};
 use crate::fit::{
     AllowedDeviation, FitResult, FittedInput, FittedMeasure, FittedParameter, PoseCovariance, Symmetry, WithoutSd,
 };
@@ -43,6 +43,10 @@ fn tessellation() -> Tessellation {
         },
         ..Tessellation::default()
     }
+}
+
+fn scripts() -> Scripts {
+    Scripts { texts: vec![("plate.gml".to_owned(), HOSTILE.to_owned())], declared: vec![HOSTILE.to_owned()] }
 }
 
 fn input(name: &str, value: f64, quantity: Quantity) -> FittedInput {
@@ -135,7 +139,8 @@ fn page_with(deviations: &Deviations, variance: &VarianceReport) -> String {
     write(&Report {
         title: HOSTILE,
         record: Some(&record()),
-        scripts: &[("plate.gml".to_owned(), HOSTILE.to_owned())],
+        scripts: &scripts(),
+        scan: &tessellation().mesh,
         fit: Some(&fit()),
         variance,
         deviations,

@@ -21,6 +21,7 @@ use super::matching::refuse_foreign;
 use super::noise;
 use super::nothing::{self, Misfit};
 use super::orientation::{Facings, turn};
+use super::peaks::peaks;
 use super::points::{PointParts, PointSearch};
 use super::reach::Reach;
 use super::surface::{Parametrised, Surface};
@@ -178,6 +179,7 @@ pub fn measure(
     report.points = Some(point_distances);
     let forms = form_deviations(&deviations, &shapes, noise_of(scan, deviations.noise), options.form_cutoff);
     report.parts.iter_mut().zip(forms).for_each(|(part, form)| part.form = form);
+    report.peaks = peaks(&deviations, &tessellation, &report);
     let members = || Members::new(&deviations, &shapes, &scan.mesh, &bvh);
     add_members(&mut report, reference, members, options.datum.as_deref());
     if let Some(maps) = &maps {

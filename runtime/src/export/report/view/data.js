@@ -1,6 +1,9 @@
-// The data of the page: unpacked, and the map of the deviations drawn. pack.rs and surface.rs have the other direction.
+// The data of the page: unpacked, and the map of the deviations drawn. pack.rs, surface.rs and cloud.rs have the other
+// direction.
 'use strict';
 
+// The page as it came: labels are saved into it.
+const asItCame = `<!DOCTYPE html>\n${document.documentElement.outerHTML}`;
 const element = id => document.getElementById(id);
 const scene = JSON.parse(element('scene').textContent);
 
@@ -61,6 +64,16 @@ function readMesh(bytes) {
   return { positions, places, normals, indices };
 }
 
+// Points of the scan: positions with a fourth number that is not used.
+function readCloud(bytes) {
+  const n = scene.scan.points, from = planes(bytes), positions = new Uint16Array(4 * n);
+  for (let k = 0; k < 3; k++) {
+    let sum = 0;
+    from.numbers(n, 2).forEach((value, i) => { sum += value; positions[4 * i + k] = sum; });
+  }
+  return positions;
+}
+
 // For each texel its deviation in steps, and its class.
 function readTexels(bytes) {
   const { width, height } = scene, from = planes(bytes);
@@ -82,10 +95,10 @@ function readTexels(bytes) {
   return texels;
 }
 
-// The colour of a deviation in steps, as three bytes.
-function colourOf(steps) {
+// The colour of a deviation in steps, as three bytes, on a scale that ends at `colourRange` millimetres.
+function colourOf(steps, { colourRange } = scene) {
   const last = scene.scale.length - 1;
-  const place = Math.min(Math.max((steps * scene.step / scene.colourRange + 1) / 2, 0), 1) * last;
+  const place = Math.min(Math.max((steps * scene.step / colourRange + 1) / 2, 0), 1) * last;
   const below = Math.min(Math.floor(place), last - 1), share = place - below;
   return scene.scale[below].map((c, k) => Math.round(c * (1 - share) + scene.scale[below + 1][k] * share));
 }

@@ -9,11 +9,14 @@ in vec3 normal;
 in vec2 st;
 
 out vec3 eye;
+out vec3 place;     // On the model, in the unit cube.
+out float height;   // Above the section's plane. Millimetres.
 out vec2 texCoord;
 out float known;
 
 uniform mat4 view;           // Model coordinates, in millimetres from the centre, to the eye's.
 uniform mat4 projection;
+uniform vec4 plane;          // Of the section: its normal, and minus its distance from the centre in millimetres.
 uniform vec3 halfSize;       // Of the model's bounding box. Millimetres.
 uniform float displaced;     // 1 for the scan, 0 for the model.
 uniform float exaggeration;  // 1 shows deviations as they are.
@@ -27,8 +30,10 @@ void main() {
   ivec2 found = texelFetch(texels, clamp(ivec2(floor(texCoord * vec2(size))), ivec2(0), size - 1), 0).rg;
   known = found.y == 1 ? 1.0 : 0.0;
   float deviation = known * float(found.x) * step;
-  vec3 moved = (2.0 * position - 1.0) * halfSize + displaced * exaggeration * deviation * normalize(normal);
-  vec4 inEye = view * vec4(moved, 1.0);
+  vec3 nominal = (2.0 * position - 1.0) * halfSize;
+  place = position;
+  height = dot(plane.xyz, nominal) + plane.w;
+  vec4 inEye = view * vec4(nominal + displaced * exaggeration * deviation * normalize(normal), 1.0);
   eye = inEye.xyz;
   gl_Position = projection * inEye;
 }
