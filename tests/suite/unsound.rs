@@ -194,7 +194,8 @@ fn measures_of_a_file_are_computed() {
     let at = folder.path();
     let variance = |change: &dyn Fn(&mut Value)| {
         edit(at, |fit| change(&mut fit["measures"][0]));
-        let args = ["variance", "pin.gml", "scan.ply", "--params", "edited.json", "-o", "out", "--resolution", "64"];
+        let args =
+            ["variance", "-q", "pin.gml", "scan.ply", "--params", "edited.json", "-o", "out", "--resolution", "64"];
         let output = gmlc_in(at, &args);
         (output.status.code(), text(&output.stderr))
     };
