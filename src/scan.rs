@@ -4,8 +4,9 @@ use crate::cli::VirtualScanArgs;
 use crate::error::CommandError;
 use crate::progress::TerminalProgress;
 use crate::script::{Valued, compile_valued};
-use crate::{mesh, outputs};
+use crate::{mesh, outputs, provenance};
 use gml_runtime::export::json;
+use gml_runtime::fit::FittedInput;
 use gml_runtime::model::{Fineness, Model, Tessellation};
 use gml_runtime::simulate::{self, ExactSurface, Scanner, Truth};
 use serde::Serialize;
@@ -17,8 +18,14 @@ const SPACINGS: f64 = 500.0;
 /// The true values that a fit should find.
 #[derive(Serialize)]
 struct TruthFile<'a> {
+    /// Name of the model.
+    model: &'a str,
     /// The script.
     script: String,
+    /// SHA-256 of its text and of what it uses.
+    script_sha256: String,
+    /// Its inputs, with the values that it was compiled with.
+    inputs: Vec<FittedInput>,
     /// Its parameters, in millimetres and radians.
     parameters: BTreeMap<&'a str, f64>,
     /// The scanner, and the pose that it added.
@@ -61,7 +68,14 @@ pub(crate) fn run(args: &VirtualScanArgs) -> Result<(), CommandError> {
     mesh::write(&args.output, &scan.mesh, format)?;
     if let Some(path) = &args.truth {
         let parameters = program.parameters().iter().map(|p| p.name.as_str()).zip(x).collect();
-        let truth = TruthFile { script: args.script.model.display().to_string(), parameters, scan: &scan.truth };
+        let truth = TruthFile {
+            model: program.name(),
+            script: args.script.model.display().to_string(),
+            script_sha256: provenance::sha256(program.sources()),
+            inputs: program.inputs().iter().map(provenance::input).collect(),
+            parameters,
+            scan: &scan.truth,
+        };
         json::write(path, &truth).map_err(CommandError::failed)?;
     }
     println!(
