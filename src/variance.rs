@@ -7,6 +7,7 @@ use crate::saved::SavedFit;
 use crate::script::{Valued, compile_valued};
 use crate::{deviations, dimensions, fit, measure, outputs, record};
 use gml_compiler::program::Program;
+use gml_runtime::export::exchange::ParameterRow;
 use gml_runtime::export::folder::FIT;
 use gml_runtime::export::measurement;
 use gml_runtime::inspect;
@@ -21,6 +22,7 @@ pub(crate) fn run(args: &VarianceArgs) -> Result<(), CommandError> {
     let extension = args.reference.extension().unwrap_or_default();
     require_kind(args, &extension.to_ascii_lowercase().to_string_lossy())?;
     let mut record = record::of_process(&args.report, &args.reference)?;
+    let mut extras = measure::extras(&args.controls);
     let folder;
     let mut measured = if extension.eq_ignore_ascii_case("gml") {
         let valued = compile_valued(&args.reference, &args.compile, &args.values)?;
@@ -41,6 +43,10 @@ pub(crate) fn run(args: &VarianceArgs) -> Result<(), CommandError> {
                 None => measured.report.warnings.extend(dimensions::without_fit(&program)),
             }
             measured.report.warnings.extend(unfitted(&program, &args.values));
+            extras.parameters = match &fit {
+                Some(fit) => ParameterRow::of_fit(fit),
+                None => ParameterRow::of_model(&program, &x),
+            };
             measured
         })
     } else {
@@ -58,8 +64,7 @@ pub(crate) fn run(args: &VarianceArgs) -> Result<(), CommandError> {
         })
     }?;
     measured.report.provenance = Some(record);
-    let extras = measure::extras(&args.controls);
-    measurement::write(folder.path(), &measured, extras).map_err(|e| outputs::failed(&folder, e))?;
+    measurement::write(folder.path(), &measured, &extras).map_err(|e| outputs::failed(&folder, e))?;
     let is_fit = |params: &PathBuf| params.canonicalize().ok() == args.output.join(FIT).canonicalize().ok();
     folder.finish(args.values.params.as_ref().filter(|p| is_fit(p)).map(|_| FIT)).map_err(CommandError::failed)?;
     print!("{}", deviations::summary(&measured.report));

@@ -1,5 +1,6 @@
 //! The whole workflow of the paper: fit a model to a scan, measure the deviations, document both.
 
+use crate::export::exchange::ParameterRow;
 use crate::export::measurement::{self, DocumentError, Extras, Textures, png};
 use crate::export::picture::Picture;
 use crate::export::render::{self, DeviationColours, Layer, Paint, View};
@@ -109,7 +110,8 @@ impl Inspection {
     /// # Errors
     /// If a file cannot be written.
     ///
-    /// `scripts` are the names and the texts of the model's scripts.
+    /// The parameters of `extras` are those of the fit, whatever it has. `scripts` are the names and the texts of the
+    /// model's scripts.
     pub fn write(
         &self,
         folder: &Path,
@@ -119,7 +121,8 @@ impl Inspection {
         progress: &dyn Progress,
     ) -> Result<(), DocumentError> {
         json::write(&folder.join("fit.json"), &self.fit)?;
-        let textures = measurement::write(folder, &self.measurement, extras)?;
+        let extras = Extras { parameters: ParameterRow::of_fit(&self.fit), ..extras };
+        let textures = measurement::write(folder, &self.measurement, &extras)?;
         progress.report("drawing", f64::NAN, "views");
         if progress.cancelled() {
             return Err(DocumentError::Interrupted);

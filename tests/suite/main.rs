@@ -12,6 +12,7 @@ mod documentation;
 #[cfg(unix)]
 mod ended;
 mod examples;
+mod exports;
 mod held;
 mod inspect;
 #[cfg(unix)]
