@@ -79,7 +79,9 @@ fn compiled(script: &Path, args: &CheckArgs) -> Result<Checked, CommandError> {
         }
     }
     let x = script::values_for(&program, fit.as_ref(), values)?;
-    let fit = fit.filter(|_| values.values.is_empty()).map(|fit| fit.into_measured(&program, &provenance));
+    let fit = fit
+        .filter(|fit| values.values.is_empty() && !fit.is_truth())
+        .map(|fit| fit.into_measured(&program, &provenance));
     Ok(Checked { program: Some(program), values: x, given, fit, diagnostics: warnings, sources, closedness: None })
 }
 

@@ -76,9 +76,10 @@ pub(crate) fn require_memory(controls: &VarianceControls, scan: &Scan) -> Result
     )))
 }
 
-/// The files that the command line asks for.
+/// The files that the command line asks for. A table of parameters has no rows yet.
 pub(crate) fn extras(controls: &VarianceControls) -> Extras {
-    Extras { exr: controls.exr, points: controls.points }
+    let VarianceControls { exr, points, export, .. } = controls;
+    Extras { exr: *exr, points: *points, formats: export.clone(), parameters: Vec::new() }
 }
 
 impl From<MeasureError> for CommandError {

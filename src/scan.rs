@@ -4,7 +4,8 @@ use crate::cli::VirtualScanArgs;
 use crate::error::CommandError;
 use crate::progress::TerminalProgress;
 use crate::script::{Valued, compile_valued};
-use crate::{mesh, outputs};
+use crate::{mesh, outputs, provenance};
+use gml_runtime::fit::FittedInput;
 use gml_runtime::model::{Fineness, Model, Tessellation};
 use gml_runtime::simulate::{self, ExactSurface, Scanner, Truth};
 use serde::Serialize;
@@ -16,11 +17,17 @@ const SPACINGS: f64 = 500.0;
 /// The true values that a fit should find.
 #[derive(Serialize)]
 struct TruthFile<'a> {
+    /// Name of the model.
+    model: &'a str,
     /// The script.
     script: String,
     /// The file of the scan, in the result on standard output.
     #[serde(skip_serializing_if = "Option::is_none")]
     output: Option<String>,
+    /// SHA-256 of the script's text and of what it uses.
+    script_sha256: String,
+    /// Its inputs, with the values that it was compiled with.
+    inputs: Vec<FittedInput>,
     /// Its parameters, in millimetres and radians.
     parameters: BTreeMap<&'a str, f64>,
     /// The scanner, and the pose that it added.
@@ -63,8 +70,15 @@ pub(crate) fn run(args: &VirtualScanArgs) -> Result<(), CommandError> {
     outputs::make_parents([&args.output].into_iter().chain(&args.truth))?;
     mesh::write(&args.output, &scan.mesh, format)?;
     let parameters = program.parameters().iter().map(|p| p.name.as_str()).zip(x).collect();
-    let script = args.script.model.display().to_string();
-    let mut truth = TruthFile { script, output: None, parameters, scan: &scan.truth };
+    let mut truth = TruthFile {
+        model: program.name(),
+        script: args.script.model.display().to_string(),
+        output: None,
+        script_sha256: provenance::sha256(program.sources()),
+        inputs: program.inputs().iter().map(provenance::input).collect(),
+        parameters,
+        scan: &scan.truth,
+    };
     if let Some(path) = &args.truth {
         outputs::write_json(path, &truth)?;
     }

@@ -62,7 +62,7 @@ pub(crate) struct Valued {
     pub(crate) x: Vec<f64>,
     /// The pose that a fit added.
     pub(crate) motion: Motion,
-    /// The fit, if all values are its own; with the measures of the program.
+    /// The fit, if there is one and all values are its own; with the measures of the program.
     pub(crate) fit: Option<FitResult>,
     /// The file that the values began from.
     pub(crate) saved: Option<SavedFit>,
@@ -76,7 +76,8 @@ pub(crate) fn compile_valued(script: &Path, compile: &CompileArgs, args: &ValueA
     let x = values_for(&program, fit.as_ref(), args)?;
     let motion = fit.as_ref().and_then(SavedFit::pose).unwrap_or(Motion::IDENTITY);
     let saved = fit;
-    let fit = saved.clone().filter(|_| args.values.is_empty()).map(|fit| fit.into_measured(&program, &provenance));
+    let fit = saved.clone().filter(|saved| args.values.is_empty() && !saved.is_truth());
+    let fit = fit.map(|fit| fit.into_measured(&program, &provenance));
     Ok(Valued { program, x, motion, fit, saved })
 }
 

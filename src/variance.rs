@@ -7,7 +7,9 @@ use crate::saved::SavedFit;
 use crate::script::{Valued, compile_valued};
 use crate::{deviations, dimensions, fit, measure, outputs, record, table};
 use gml_compiler::program::Program;
+use gml_runtime::export::exchange::ParameterRow;
 use gml_runtime::export::folder::{FIT, REPORT, ResultFolder};
+use gml_runtime::export::measurement::Extras;
 use gml_runtime::export::report::Scripts;
 use gml_runtime::fit::FitResult;
 use gml_runtime::inspect::{self, Documents};
@@ -29,10 +31,11 @@ pub(crate) fn run(args: &VarianceArgs) -> Result<(), CommandError> {
     } else {
         from_mesh(args, &options, record)
     }?;
-    let Measured { folder, scan, name, measurement, fit, upright, scripts } = measured;
+    let Measured { folder, scan, name, measurement, fit, upright, scripts, parameters } = measured;
     let documents = Documents { name: &name, fit: fit.as_ref(), measurement: &measurement, upright, scripts: &scripts };
     let progress = TerminalProgress::new();
-    let written = documents.write(folder.path(), &scan, measure::extras(&args.controls), &progress);
+    let extras = Extras { parameters, ..measure::extras(&args.controls) };
+    let written = documents.write(folder.path(), &scan, extras, &progress);
     progress.finish();
     written.map_err(|e| outputs::failed(&folder, e))?;
     let kept = outputs::is_fit_of(&args.output, args.values.params.as_deref()) || !outputs::is_inspection(&args.output);
@@ -55,6 +58,8 @@ struct Measured {
     fit: Option<FitResult>,
     upright: Motion,
     scripts: Scripts,
+    /// The values of a model; empty for a mesh.
+    parameters: Vec<ParameterRow>,
 }
 
 fn from_model(args: &VarianceArgs, options: &MeasureOptions, mut record: Record) -> Result<Measured, CommandError> {
@@ -78,7 +83,8 @@ fn from_model(args: &VarianceArgs, options: &MeasureOptions, mut record: Record)
     report.provenance = Some(record);
     let upright = inspect::upright(&program, &x, &motion).map_err(CommandError::failed)?;
     let (name, scripts) = (program.name().to_owned(), record::scripts(&program));
-    Ok(Measured { folder, scan, name, measurement, fit, upright, scripts })
+    let parameters = fit.as_ref().map_or_else(|| ParameterRow::of_model(&program, &x), ParameterRow::of_fit);
+    Ok(Measured { folder, scan, name, measurement, fit, upright, scripts, parameters })
 }
 
 fn from_mesh(args: &VarianceArgs, options: &MeasureOptions, mut record: Record) -> Result<Measured, CommandError> {
@@ -95,7 +101,8 @@ fn from_mesh(args: &VarianceArgs, options: &MeasureOptions, mut record: Record) 
     report.provenance = Some(record);
     let name = record::file_name(&args.reference);
     // Which way is up in a mesh is not known: that of its coordinates, as most programs have it.
-    Ok(Measured { folder, scan, name, measurement, fit: None, upright: Motion::IDENTITY, scripts: Scripts::default() })
+    let (fit, upright, scripts, parameters) = (None, Motion::IDENTITY, Scripts::default(), Vec::new());
+    Ok(Measured { folder, scan, name, measurement, fit, upright, scripts, parameters })
 }
 
 fn read_scan(args: &VarianceArgs) -> Result<Scan, CommandError> {

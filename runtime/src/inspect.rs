@@ -1,5 +1,6 @@
 //! The whole workflow of the paper: fit a model to a scan, measure the deviations, document both.
 
+use crate::export::exchange::ParameterRow;
 use crate::export::measurement::{self, DocumentError, Extras, Textures, png};
 use crate::export::picture::Picture;
 use crate::export::render::{self, DeviationColours, Layer, Paint, View};
@@ -147,7 +148,7 @@ impl Inspection {
 
 impl Documents<'_> {
     /// Writes the documents of [`measurement::write`](crate::export::measurement::write()), views.png, model.x3d and
-    /// report.html into a folder, which must exist.
+    /// report.html into a folder, which must exist. The parameters of `extras`, if it has none, are those of the fit.
     ///
     /// # Errors
     /// If a file cannot be written.
@@ -158,7 +159,12 @@ impl Documents<'_> {
         extras: Extras,
         progress: &dyn Progress,
     ) -> Result<(), DocumentError> {
-        let textures = measurement::write(folder, self.measurement, extras)?;
+        let parameters = match self.fit {
+            Some(fit) if extras.parameters.is_empty() => ParameterRow::of_fit(fit),
+            _ => extras.parameters,
+        };
+        let extras = Extras { parameters, ..extras };
+        let textures = measurement::write(folder, self.measurement, &extras)?;
         progress.report("drawing", f64::NAN, "views");
         if progress.cancelled() {
             return Err(DocumentError::Interrupted);

@@ -3,6 +3,7 @@
 use super::{CompileArgs, ResultArgs, ScriptArgs, ValueArgs};
 use crate::values::{self, Choice, Range};
 use clap::{Args, ValueEnum};
+use gml_runtime::export::exchange;
 use gml_runtime::fit::{LossKind, Weights};
 use gml_runtime::scan::Unit;
 use gml_runtime::variance::{DecisionRule, Device, DistanceKind, Matching, Resolution, Tolerance};
@@ -118,7 +119,8 @@ pub(crate) struct FitArgs {
     pub(crate) controls: FitControls,
     #[command(flatten)]
     pub(crate) report: ReportArgs,
-    /// Go on from a result of `gmlc fit`: from its parameters, pose and inputs; -p overrides parameters
+    /// Go on from a result of `gmlc fit`, or from the truth of `gmlc scan`: from its parameters, pose and inputs; -p
+    /// overrides parameters
     #[arg(long, value_name = "FIT.json")]
     pub(crate) params: Option<PathBuf>,
     /// Fit every value of a whole-number input, such as bolts=3..16, and select the best (may be repeated)
@@ -166,6 +168,25 @@ const MATCHINGS: [Choice<Matching>; 2] = [
         value: Matching::Mutual,
     },
     Choice { name: "all", help: "All that are met, as in the paper", value: Matching::All },
+];
+
+const EXPORTS: [Choice<exchange::Format>; 4] = [
+    Choice {
+        name: "ply",
+        help: "deviations.ply and points.ply: distance, part and class at the model's points and at the scan's",
+        value: exchange::Format::Ply,
+    },
+    Choice {
+        name: "vtp",
+        help: "The same for ParaView and PyVista: deviations.vtp, points.vtp",
+        value: exchange::Format::Vtp,
+    },
+    Choice {
+        name: "glb",
+        help: "deviations.glb: the parts in the colours of the deviations",
+        value: exchange::Format::Glb,
+    },
+    Choice { name: "csv", help: "parts.csv and parameters.csv, for spreadsheets", value: exchange::Format::Csv },
 ];
 
 /// Options of a measurement.
@@ -240,6 +261,9 @@ pub(crate) struct VarianceControls {
     /// (points.ply, with scalars that CloudCompare shows)
     #[arg(long)]
     pub(crate) points: bool,
+    /// Also write files for other tools, such as vtp,csv (may be repeated)
+    #[arg(long, value_name = "FORMAT", value_delimiter = ',', value_parser = values::one_of(&EXPORTS))]
+    pub(crate) export: Vec<exchange::Format>,
 }
 
 #[derive(Debug, Args)]
@@ -305,7 +329,8 @@ pub(crate) struct InspectArgs {
     pub(crate) scan: ScanArgs,
     #[command(flatten)]
     pub(crate) fit: FitControls,
-    /// Go on from a result of `gmlc fit`: from its parameters, pose and inputs; -p overrides parameters
+    /// Go on from a result of `gmlc fit`, or from the truth of `gmlc scan`: from its parameters, pose and inputs; -p
+    /// overrides parameters
     #[arg(long, value_name = "FIT.json")]
     pub(crate) params: Option<PathBuf>,
     /// Measure and document the fit of --params as it is, without fitting again

@@ -219,7 +219,8 @@ pub(crate) struct ReplArgs {
     /// Set a parameter, such as r=42mm (may be repeated)
     #[arg(short = 'p', long = "param", value_name = "NAME=VALUE", value_parser = values::assignment)]
     pub(crate) values: Vec<(String, String)>,
-    /// Take the parameters and inputs from a result of `gmlc fit`; -p overrides parameters
+    /// Take the parameters and inputs from a result of `gmlc fit`, or from the truth of
+    /// `gmlc scan`; -p overrides parameters
     #[arg(long, value_name = "FIT.json", requires = "model")]
     pub(crate) params: Option<PathBuf>,
     /// Allow what is entered to `use` the scripts in this folder and below, besides those in the current folder and in

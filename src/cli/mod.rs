@@ -199,7 +199,8 @@ pub(crate) struct ValueArgs {
     /// Set a parameter, such as r=42mm, alpha=30deg or shape=4 (may be repeated)
     #[arg(short = 'p', long = "param", value_name = "NAME=VALUE", value_parser = values::assignment)]
     pub(crate) values: Vec<(String, String)>,
-    /// Take the parameters, the pose and the inputs from a result of `gmlc fit`; -p overrides parameters
+    /// Take the parameters, the pose and the inputs from a result of `gmlc fit`, or from the truth of
+    /// `gmlc scan`; -p overrides parameters
     #[arg(long, value_name = "FIT.json")]
     pub(crate) params: Option<PathBuf>,
 }

@@ -115,6 +115,8 @@ struct ModelState {
     motion: Motion,
     parameters: Vec<Stated>,
     fit: Option<FitResult>,
+    /// Whether the values are the truth of a virtual scan.
+    is_truth: bool,
 }
 
 impl Operand {
@@ -126,9 +128,13 @@ impl Operand {
             }
             Kind::Script => Content::Model(Box::new(ModelState::read(given, given.path.to_owned(), None, args)?)),
             Kind::Fit => {
-                let fit = SavedFit::read(given.path)?.into_result();
+                let saved = SavedFit::read(given.path)?;
+                let is_truth = saved.is_truth();
+                let fit = saved.into_result();
                 let script = script_of(&fit, given.path, args)?;
-                Content::Model(Box::new(ModelState::read(given, script, Some(fit), args)?))
+                // Of a truth nothing is uncertain: it has values only.
+                let read = ModelState::read(given, script, Some(fit).filter(|_| !is_truth), args)?;
+                Content::Model(Box::new(ModelState { is_truth, ..read }))
             }
         };
         Ok(Operand { path: given.path.to_owned(), content })
@@ -164,7 +170,11 @@ impl Operand {
         match &self.content {
             Content::Mesh(_) => Named { kind: "mesh", path, model: None, script: None, scan: None },
             Content::Model(model) => Named {
-                kind: if model.fit.is_some() { "fit" } else { "script" },
+                kind: match () {
+                    () if model.is_truth => "truth",
+                    () if model.fit.is_some() => "fit",
+                    () => "script",
+                },
                 path,
                 model: Some(model.program.name()),
                 script: Some(model.script.display().to_string()),
@@ -240,7 +250,7 @@ impl ModelState {
     ) -> Result<Self, CommandError> {
         let compile =
             CompileArgs { inputs: given.inputs.to_vec(), limits: args.limits.clone(), allowed: args.allowed.clone() };
-        let params = fit.is_some().then(|| given.path.to_owned());
+        let params = (given.kind()? == Kind::Fit).then(|| given.path.to_owned());
         let values = ValueArgs { values: given.parameters.to_vec(), params };
         let valued = compile_valued(&script, &compile, &values).map_err(|error| given.rename(error))?;
         let Valued { program, x, motion, .. } = valued;
@@ -250,7 +260,7 @@ impl ModelState {
             Stated { name: parameter.name.clone(), quantity: parameter.quantity, value: *value, sd }
         };
         let parameters = program.parameters().iter().zip(&x).map(stated).collect();
-        Ok(Self { script, program, x, motion, parameters, fit })
+        Ok(Self { script, program, x, motion, parameters, fit, is_truth: false })
     }
 
     fn states(&self) -> States<'_> {
@@ -271,7 +281,7 @@ fn deviation(fit: &FitResult, name: &str) -> Result<f64, String> {
 /// An operand as it is named in results.
 #[derive(Serialize)]
 pub(super) struct Named<'a> {
-    /// `script`, `fit` or `mesh`.
+    /// `script`, `fit`, `truth` or `mesh`.
     pub(super) kind: &'static str,
     /// Path as it was given.
     pub(super) path: String,

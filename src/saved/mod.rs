@@ -4,6 +4,7 @@ mod figures;
 mod measures;
 mod sound;
 mod texts;
+mod truth;
 
 use crate::cli::{CompileArgs, FitControls};
 use crate::error::CommandError;
@@ -24,21 +25,30 @@ use texts::{listed, short};
 /// Relative difference of equal numbers: the last digits of a number may be lost in a file.
 const ROUNDING: f64 = 1e-12;
 
-/// A result of `gmlc fit`.
+/// A result of `gmlc fit`, or the truth of a virtual scan.
 #[derive(Clone)]
 pub(crate) struct SavedFit {
     path: PathBuf,
     fit: FitResult,
+    /// Whether it is a truth, which has values, inputs and a pose only.
+    is_truth: bool,
 }
 
 impl SavedFit {
-    /// Reads fit.json.
+    /// Reads fit.json or truth.json.
     pub(crate) fn read(path: &Path) -> Result<SavedFit, CommandError> {
         let text = files::read(path)?;
         let failed = |what: String| CommandError::Failed(format!("{}: {what}", path.display()));
-        let fit = sound::parse(&text).map_err(failed)?;
-        sound::check(&fit).map_err(|what| failed(format!("{what}; fit the model again, or mend the file")))?;
-        Ok(SavedFit { path: path.to_owned(), fit: texts::without_controls(fit) })
+        let is_truth = truth::is_truth(&text);
+        let fit = if is_truth { sound::parse_truth(&text) } else { sound::parse(&text) }.map_err(failed)?;
+        let again = if is_truth { "scan the model again" } else { "fit the model again" };
+        sound::check(&fit).map_err(|what| failed(format!("{what}; {again}, or mend the file")))?;
+        Ok(SavedFit { path: path.to_owned(), fit: texts::without_controls(fit), is_truth })
+    }
+
+    /// Whether it is the truth of a virtual scan.
+    pub(crate) fn is_truth(&self) -> bool {
+        self.is_truth
     }
 
     /// The file.
@@ -53,6 +63,9 @@ impl SavedFit {
 
     /// A sentence on a fit that did not end well, for what rests on its values; none if it did.
     pub(crate) fn doubt(&self) -> Option<String> {
+        if self.is_truth {
+            return None;
+        }
         let shortcoming =
             if self.fit.interrupted { Some("it was interrupted".to_owned()) } else { self.fit.shortcoming() };
         shortcoming.map(|what| format!("{}: the fit cannot be relied on: {what}", self.path.display()))
@@ -83,7 +96,8 @@ impl SavedFit {
     /// Warns where a command has no use for the pose that the fit added.
     pub(crate) fn without_pose(&self) {
         if self.fit.pose.is_some() {
-            self.warn("the pose that gmlc added is left out: the model is where the script puts it");
+            let whose = if self.is_truth { "of the virtual scan" } else { "that gmlc added" };
+            self.warn(&format!("the pose {whose} is left out: the model is where the script puts it"));
         }
     }
 
@@ -228,7 +242,8 @@ impl SavedFit {
             figures::check_parts(&self.fit, program).map_err(|what| self.failed(&what))?;
         }
         if self.is_of_another_text(provenance) {
-            self.warn("the text of the script, or of what it uses, has changed since the fit");
+            let since = if self.is_truth { "virtual scan" } else { "fit" };
+            self.warn(&format!("the text of the script, or of what it uses, has changed since the {since}"));
         }
         Ok(())
     }
@@ -259,7 +274,9 @@ impl SavedFit {
         if !lacking.is_empty() {
             differences.push(format!("the model has {lacking}, which the fit has not"));
         }
-        let another = |k: &&Parameter| fitted.iter().any(|f| f.name == k.name && f.quantity != k.quantity);
+        // A truth does not say what its values measure.
+        let another =
+            |k: &&Parameter| !self.is_truth && fitted.iter().any(|f| f.name == k.name && f.quantity != k.quantity);
         let another = quoted(&known.iter().filter(another).map(|k| k.name.as_str()).collect::<Vec<_>>());
         if !another.is_empty() {
             differences.push(format!("{another} measured something else"));

@@ -3,6 +3,7 @@
 
 use super::figures;
 use super::texts::{self, quoted};
+use super::truth;
 use crate::print::{cut, visible_in_line};
 use gml_compiler::program::Quantity;
 use gml_runtime::fit::{Covariance, FitResult, FittedParameter};
@@ -34,18 +35,17 @@ pub(super) fn parse(text: &str) -> Result<FitResult, String> {
     })
 }
 
+/// As [`parse`], of the truth of a virtual scan.
+pub(super) fn parse_truth(text: &str) -> Result<FitResult, String> {
+    let start = text.trim_start_matches('\u{feff}');
+    truth::parse(start)
+        .map_err(|e| format!("is not the truth of a virtual scan (`gmlc scan --truth`): {}", readable(&e)))
+}
+
 /// A sentence on a file that another command wrote, which its fields tell.
 fn of_another_command(text: &str) -> Option<String> {
     let file: serde_json::Map<String, serde_json::Value> = serde_json::from_str(text).ok()?;
     let has = |names: &[&str]| names.iter().all(|name| file.contains_key(*name));
-    if has(&["scanner", "euler", "pitch"]) {
-        let values = file.get("parameters").and_then(|all| all.as_object());
-        let names: Vec<&str> = values.map(|all| all.keys().map(String::as_str).collect()).unwrap_or_default();
-        return Some(format!(
-            "it is the truth of a virtual scan (`gmlc scan --truth`); set its values with -p ({}), or fit the model",
-            cut(&names.join(", "), 60)
-        ));
-    }
     if has(&["texels", "matching"]) || has(&["signed", "verdict"]) {
         return Some("it is a measurement (variance.json); name the fit.json that it was made from".to_owned());
     }
@@ -249,7 +249,6 @@ mod tests {
             (String::new(), "found an empty file"),
             ("<!doctype html>".into(), "found an HTML page"),
             ("{}".into(), "line 1, column 2: there is no `model`"),
-            (r#"{"scanner": 1, "euler": 1, "pitch": 1, "parameters": {"r": 1}}"#.into(), "set its values with -p (r)"),
             (r#"{"signed": {}, "verdict": {}}"#.into(), "it is a measurement (variance.json)"),
             (good[..good.len() / 2].into(), "the file ends here; it is cut off"),
             (of("\"sigma\": 0.0", "\"sigma\": \"x\""), "expected a number, found string \"x\""),
@@ -265,6 +264,23 @@ mod tests {
             let error = parse(&text).unwrap_err();
             assert!(error.contains(expected) && !error.contains("struct"), "{text}\n gave: {error}\n not: {expected}");
         }
+    }
+
+    #[test]
+    fn truths_of_virtual_scans_have_values_and_a_pose() {
+        let pose = r#""pose": {"rotation": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], "translation": [1, 2, 3]}"#;
+        let rest = r#""scanner": {}, "euler": [0, 0, 0], "pitch": 1"#;
+        let text = format!(r#"{{"script": "a.gml", "parameters": {{"r": 42, "a": 0.5}}, {pose}, {rest}}}"#);
+        assert!(truth::is_truth(&text) && !truth::is_truth("{\"pose\": {}}"));
+        let read = parse_truth(&text).unwrap();
+        let values: Vec<(&str, f64)> = read.parameters.iter().map(|p| (p.name.as_str(), p.value)).collect();
+        assert_eq!(values, [("a", 0.5), ("r", 42.0)]);
+        assert_eq!(read.pose.map(|pose| pose.translation), Some([1.0, 2.0, 3.0]));
+        assert!(check(&read).is_ok());
+        let error = parse_truth(&text.replace("42", "\"x\"")).unwrap_err();
+        assert!(error.contains("is not the truth of a virtual scan") && error.contains("expected a number"), "{error}");
+        let far = parse_truth(&text.replace("42", "1e300")).unwrap();
+        assert!(check(&far).unwrap_err().contains("beyond"), "values are checked");
     }
 
     #[test]

@@ -14,6 +14,7 @@ mod documentation;
 #[cfg(unix)]
 mod ended;
 mod examples;
+mod exports;
 mod held;
 mod inspect;
 #[cfg(unix)]

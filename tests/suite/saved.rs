@@ -363,3 +363,50 @@ fn the_deviations_of_an_added_pose_are_said() {
     let said: f64 = line.split_whitespace().nth(2).and_then(|word| word.parse().ok()).expect("a number");
     assert!((said - sd).abs() < 1e-4 && sd > 0.0, "{line} {sd}");
 }
+
+/// The truth of a virtual scan has the values, the inputs and the pose that `--params` takes of a fit.
+#[test]
+fn a_truth_stands_in_the_place_of_a_fit() {
+    let folder = tempdir().expect("a folder");
+    let at = folder.path();
+    write(at, "drum.gml", DRUM);
+    write(at, "knob.gml", KNOB);
+    let inputs = ["--input", "knobs=5", "--input", "tall=true"];
+    let scan = ["scan", "drum.gml", "-p", "r=42mm", "--spacing", "4mm", "--noise", "0.1mm", "--outliers", "0"];
+    gmlc(at, &[&scan[..], &["-o", "scan.ply", "--truth", "truth.json"], &inputs].concat());
+    let out = gmlc(at, &["mesh", "drum.gml", "--params", "truth.json", "-o", "drum.ply"]);
+    assert!(out.contains("8 parts"), "{out}");
+    let options = ["--params", "truth.json", "--resolution", "128", "--device", "cpu", "-o", "out"];
+    gmlc(at, &[&["variance", "drum.gml", "scan.ply"][..], &options].concat());
+    let report = json(&at.join("out/variance.json"));
+    // Where the scan was taken: what is left are its noise and its chords.
+    assert!(report["signed"]["median"].as_f64().is_some_and(|median| median.abs() < 0.05), "{report}");
+    assert!(report["rms"].as_f64().is_some_and(|rms| rms < 0.3), "{report}");
+    assert!(report["warnings"].as_array().expect("warnings").iter().all(|w| !w.to_string().contains("relied")));
+    gmlc(at, &["check", "drum.gml", "--params", "truth.json"]);
+    gmlc(at, &["fit", "drum.gml", "scan.ply", "--params", "truth.json", "-o", "fit.json"]);
+    let fit = json(&at.join("fit.json"));
+    assert!((parameter(&fit, "r") - 42.0).abs() < 0.1, "{fit}");
+    gmlc(at, &["compare", "fit.json", "truth.json", "-o", "difference.json"]);
+    let difference = json(&at.join("difference.json"));
+    assert_eq!(
+        (&difference["operands"][1]["kind"], &difference["parameters"][0]["b"]),
+        (&"truth".into(), &42.0.into())
+    );
+    let r = &difference["parameters"][0];
+    assert!(r["z"].as_f64().is_some_and(|z| z.abs() < 5.0), "what is exact has no deviation of its own: {r}");
+
+    // A scan of what was fitted or scanned is where that was, and so is its truth.
+    let again = ["scan", "drum.gml", "--params", "truth.json", "--spacing", "4mm", "--noise", "0mm", "--outliers", "0"];
+    gmlc(at, &[&again[..], &["--seed", "7", "-o", "again.ply", "--truth", "again.json"]].concat());
+    let options = ["--params", "again.json", "--resolution", "128", "--device", "cpu", "-o", "again"];
+    gmlc(at, &[&["variance", "drum.gml", "again.ply"][..], &options].concat());
+    let rms = json(&at.join("again/variance.json"))["rms"].as_f64().expect("a number");
+    assert!(rms < 0.3, "{rms}");
+
+    let error = fails(at, &["mesh", "drum.gml", "--params", "truth.json", "--input", "knobs=4", "-o", "drum.ply"], 2);
+    assert!(error.contains("truth.json") && error.contains("knobs=5"), "{error}");
+    write(at, "other.gml", "model other { param q: length = 1mm part p = sphere(q) }");
+    let error = fails(at, &["mesh", "other.gml", "--params", "truth.json", "-o", "drum.ply"], 1);
+    assert!(error.contains("truth.json"), "{error}");
+}

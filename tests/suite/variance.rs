@@ -128,13 +128,14 @@ fn measured_points(path: &Path) -> Vec<([f64; 3], f64, i32)> {
     let end = b"end_header\n";
     let header = bytes.windows(end.len()).position(|w| w == end).expect("a header") + end.len();
     let text = String::from_utf8_lossy(&bytes[..header]);
-    assert!(text.contains("property double distance\nproperty int part\n"), "{text}");
+    let scalars = "property double distance\nproperty int part\nproperty float scalar_distance\n";
+    assert!(text.contains(scalars), "{text}");
     let double = |record: &[u8], k: usize| f64::from_le_bytes(record[8 * k..8 * k + 8].try_into().expect("8 bytes"));
     let point = |record: &[u8]| {
         let part = i32::from_le_bytes(record[32..36].try_into().expect("4 bytes"));
         ([0, 1, 2].map(|k| double(record, k)), double(record, 3), part)
     };
-    bytes[header..].chunks_exact(36).map(point).collect()
+    bytes[header..].chunks_exact(49).map(point).collect()
 }
 
 /// Distances of a noisy scan's points from a can are those of its formula, in variance.json as in the file of points.

@@ -1,6 +1,6 @@
 //! The colour scale of deviations.
 
-use crate::variance::Deviations;
+use crate::variance::{Class, Deviations};
 
 /// The colour of a texel without data: a grey that the scale does not contain.
 pub const NO_DATA: [u8; 3] = [128, 128, 128];
@@ -43,16 +43,13 @@ pub fn diverging(x: f64) -> [u8; 3] {
 /// its class if it has no distance.
 #[must_use]
 pub fn texel_colour(deviations: &Deviations, i: usize, drawn: f64, end: f64) -> [u8; 3] {
-    if deviations.is_buried(i) {
-        BURIED
-    } else if deviations.is_filled(i) {
-        FILLED
-    } else if deviations.is_contradicted(i) {
-        CONTRADICTED
-    } else if deviations.is_ambiguous(i) {
-        AMBIGUOUS
-    } else {
-        diverging(drawn / end)
+    match deviations.class(i) {
+        Class::Buried => BURIED,
+        Class::Filled => FILLED,
+        Class::Contradicted => CONTRADICTED,
+        Class::Ambiguous => AMBIGUOUS,
+        Class::NoData => NO_DATA,
+        Class::Measured | Class::Beyond | Class::FacingAway => diverging(drawn / end),
     }
 }
 

@@ -14,17 +14,23 @@ use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 /// The files of a result, by name; and those of maps of parameters, which begin and end so.
-const FILES: [&str; 16] = [
+const FILES: [&str; 22] = [
     "colours.png",
     "conformance.png",
     "conformance.tif",
+    "deviations.glb",
+    "deviations.ply",
+    "deviations.vtp",
     "distance.exr",
     "distance.png",
     "distance.tif",
     "filled.ply",
     FIT,
     "model.x3d",
+    "parameters.csv",
+    "parts.csv",
     "points.ply",
+    "points.vtp",
     REPORT,
     "significant.png",
     UNFINISHED,

@@ -1,11 +1,11 @@
 //! The files of a measurement: textures, pictures, meshes and figures.
 
 use super::atomic::{self, WriteError};
+use super::exchange::{self, Format, ParameterRow};
 use super::image::{self, ImageError};
 use super::json;
 use super::mesh::{self, MeshFormat};
 use super::picture::{self, Picture};
-use super::points;
 use crate::variance::{DistanceTexture, Measurement, SIGN_CONVENTION, signed_distances};
 use std::path::Path;
 use thiserror::Error;
@@ -49,12 +49,16 @@ pub struct Textures {
 }
 
 /// Files that are written if they are asked for.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Extras {
     /// The distances at the texels as OpenEXR.
     pub exr: bool,
     /// The scan's points with their distances.
     pub points: bool,
+    /// Formats of other tools.
+    pub formats: Vec<Format>,
+    /// The rows of the table of parameters, which is among these files; empty where there are no parameters.
+    pub parameters: Vec<ParameterRow>,
 }
 
 /// Writes variance.json, the distances (coded and lossless), pictures, the meshes of what is unmatched and filled, and
@@ -62,7 +66,7 @@ pub struct Extras {
 ///
 /// # Errors
 /// If a file cannot be written.
-pub fn write(folder: &Path, measurement: &Measurement, extras: Extras) -> Result<Textures, DocumentError> {
+pub fn write(folder: &Path, measurement: &Measurement, extras: &Extras) -> Result<Textures, DocumentError> {
     let Measurement { deviations, report, .. } = measurement;
     let texture = DistanceTexture::new(deviations);
     let (width, height) = (texture.width, texture.height);
@@ -93,7 +97,7 @@ pub fn write(folder: &Path, measurement: &Measurement, extras: Extras) -> Result
     }
     mesh::write(&folder.join(UNMATCHED), &measurement.unmatched, MeshFormat::Ply)?;
     if extras.points {
-        points::write(&folder.join(POINTS), &measurement.points, &deviations.texels.part_names)?;
+        exchange::write_points(&folder.join(POINTS), &measurement.points, &deviations.texels.part_names)?;
     }
     if let Some(filled) = &measurement.filled {
         mesh::write(&folder.join("filled.ply"), filled, MeshFormat::Ply)?;
@@ -104,6 +108,7 @@ pub fn write(folder: &Path, measurement: &Measurement, extras: Extras) -> Result
             atomic::write(&folder.join(&range.picture), &picture)?;
         }
     }
+    exchange::write(folder, measurement, &extras.formats, colour_range, &extras.parameters)?;
     let conformance = write_conformance(folder, measurement)?;
     json::write(&folder.join("variance.json"), report)?;
     Ok(Textures { size: [width, height], coded, colours, conformance, colour_range })

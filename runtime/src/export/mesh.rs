@@ -11,7 +11,8 @@ use std::path::Path;
 pub enum MeshFormat {
     /// Text in double precision: positions, each once, texture coordinates, normals and groups.
     Obj,
-    /// Positions in double precision, each once, normals and texture coordinates in single precision.
+    /// Positions in double precision, each once, and normals in single precision; texture coordinates where there are
+    /// no seams.
     Ply,
     /// Bare triangles in single precision.
     Stl,
@@ -132,25 +133,23 @@ fn write_obj(out: &mut dyn Write, mesh: &TriangleMesh) -> io::Result<()> {
     Ok(())
 }
 
-/// Texture coordinates are those of vertices, or of the corners of faces where positions have several.
+/// Normals are the means at a position. Texture coordinates are left out where positions have several: tools that read
+/// those of the corners of faces (VTK, trimesh) cut the mesh open along them.
 fn write_ply(out: &mut dyn Write, mesh: &TriangleMesh) -> io::Result<()> {
     let welded = Welded::of(mesh);
-    let of_corners = !mesh.texcoords.is_empty() && welded.first.len() < mesh.positions.len();
+    let textured = !mesh.texcoords.is_empty() && welded.first.len() == mesh.positions.len();
     writeln!(out, "ply\nformat binary_little_endian 1.0\ncomment gmlc, unit: mm")?;
     writeln!(out, "element vertex {}", welded.first.len())?;
     writeln!(out, "property double x\nproperty double y\nproperty double z")?;
     if !mesh.normals.is_empty() {
         writeln!(out, "property float nx\nproperty float ny\nproperty float nz")?;
     }
-    if !mesh.texcoords.is_empty() && !of_corners {
+    if textured {
         writeln!(out, "property float s\nproperty float t")?;
     }
     if !mesh.triangles.is_empty() {
         writeln!(out, "element face {}", mesh.triangles.len())?;
         writeln!(out, "property list uchar uint vertex_indices")?;
-        if of_corners {
-            writeln!(out, "property list uchar float texcoord")?;
-        }
     }
     writeln!(out, "end_header")?;
     let normals = if mesh.normals.is_empty() { Vec::new() } else { welded.normals(mesh) };
@@ -158,7 +157,7 @@ fn write_ply(out: &mut dyn Write, mesh: &TriangleMesh) -> io::Result<()> {
         for c in &mesh.positions[*vertex as usize] {
             out.write_all(&c.to_le_bytes())?;
         }
-        let texcoord = if of_corners { None } else { mesh.texcoords.get(*vertex as usize) };
+        let texcoord = mesh.texcoords.get(*vertex as usize).filter(|_| textured);
         for c in normals.get(number).into_iter().flatten().chain(texcoord.into_iter().flatten()) {
             out.write_all(&(*c as f32).to_le_bytes())?;
         }
@@ -167,12 +166,6 @@ fn write_ply(out: &mut dyn Write, mesh: &TriangleMesh) -> io::Result<()> {
         out.write_all(&[3])?;
         for vertex in triangle {
             out.write_all(&welded.number[*vertex as usize].to_le_bytes())?;
-        }
-        if of_corners {
-            out.write_all(&[6])?;
-            for c in triangle.iter().flat_map(|vertex| mesh.texcoords[*vertex as usize]) {
-                out.write_all(&(c as f32).to_le_bytes())?;
-            }
         }
     }
     Ok(())
@@ -187,7 +180,8 @@ fn write_stl(out: &mut dyn Write, mesh: &TriangleMesh) -> io::Result<()> {
     out.write_all(&count.to_le_bytes())?;
     for &triangle in &mesh.triangles {
         let [a, b, c] = mesh.corners(triangle);
-        for vector in [mesh.triangle_normal(triangle).unwrap_or_default(), a, b, c] {
+        // The sum makes one zero of two, so that tools that compare bytes find equal places equal.
+        for vector in [mesh.triangle_normal(triangle).unwrap_or_default(), a, b, c].map(|v| v + DVec3::ZERO) {
             out.write_all(bytemuck::bytes_of(&vector.as_vec3().to_array().map(f32::to_le_bytes)))?;
         }
         out.write_all(&[0; 2])?;

@@ -92,7 +92,7 @@ impl Default for Scanner {
 /// A scan and its truth.
 #[derive(Clone, Debug)]
 pub struct VirtualScan {
-    /// Measured points and their triangles, facing the scanner, in the scanner's coordinates: the object moved by
+    /// Measured points and their triangles, facing the scanner, in the scanner's coordinates: the model moved by
     /// `truth.pose`. No normals.
     pub mesh: TriangleMesh,
     /// Its truth.
@@ -191,7 +191,12 @@ pub fn scan_exact(
     scanner: &Scanner,
     progress: &dyn Progress,
 ) -> Result<VirtualScan, SimulationError> {
-    scan_mesh(&surface.tessellation.mesh, Some(surface), scanner, progress)
+    let moved = surface.motion;
+    let mut scan = scan_mesh(&surface.tessellation.mesh, Some(surface), scanner, progress)?;
+    // From the script's own position, not from where the triangles were moved to.
+    scan.truth.pose = scan.truth.pose.after(&moved);
+    scan.truth.euler = pose::euler(&scan.truth.pose);
+    Ok(scan)
 }
 
 /// Refuses a scanner that would take too many rays on an object of this size (the diagonal of its box, in

@@ -6,6 +6,7 @@
 mod agreement;
 mod averaging;
 mod cast;
+mod class;
 mod contradicted;
 mod detection;
 mod deviations;
@@ -33,6 +34,7 @@ mod verdict;
 
 pub use agreement::{Agreement, Limits, LimitsBasis, NOISE_FACTOR, PointAgreement, Portion};
 pub use cast::{Cast, CastError, Device, DistanceKind, Facing, cast};
+pub use class::Class;
 pub use detection::{Detection, ParameterCovariance};
 pub use deviations::Deviations;
 pub(crate) use distribution::{Distribution, Sample};

@@ -1,6 +1,7 @@
 //! Signed distances of the scan's points from the surface: the other way round than from the texels.
 
 use super::agreement::{Limits, PointAgreement};
+use super::class::Class;
 use super::distribution::{Distribution, Sample};
 use super::moments::Moments;
 use super::surface::{Parametrised, target};
@@ -85,6 +86,20 @@ pub struct MeasuredPoints {
     pub positions: Vec<[f64; 3]>,
     /// The distance of each; none where it is beyond the maximum distance or faces another way.
     pub distances: Vec<Option<PointDistance>>,
+    /// Whether a point has no distance because the surface near it faces another way. As many as points.
+    pub facing_away: Vec<bool>,
+}
+
+impl MeasuredPoints {
+    /// The class of point i.
+    #[must_use]
+    pub fn class(&self, i: usize) -> Class {
+        match self.distances.get(i) {
+            Some(Some(_)) => Class::Measured,
+            _ if self.facing_away.get(i).copied().unwrap_or(false) => Class::FacingAway,
+            _ => Class::Beyond,
+        }
+    }
 }
 
 /// The surface from which points are measured.
@@ -112,8 +127,8 @@ pub(in crate::variance) struct PointParts<'a> {
 pub(in crate::variance) struct PointFeet {
     /// By point; none where it is beyond the maximum distance or faces another way.
     pub(in crate::variance) feet: Vec<Option<SignedFoot>>,
-    /// Number of points that have no foot but on surface that faces another way.
-    facing_away: usize,
+    /// By point, whether it has no foot but on surface that faces another way.
+    facing_away: Vec<bool>,
 }
 
 impl PointSearch<'_> {
@@ -132,9 +147,12 @@ impl PointSearch<'_> {
         for (place, foot) in places.iter().zip(&mut feet) {
             *foot = foot.take().filter(|foot| agrees(place, foot));
         }
-        let left = places.iter().zip(&feet).filter(|(_, foot)| foot.is_none());
-        let left: Vec<Place> = left.map(|(place, _)| Place { normal: None, ..*place }).collect();
-        let facing_away = target.feet(&left, max_distance).iter().flatten().count();
+        let left: Vec<usize> = (0..feet.len()).filter(|i| feet[*i].is_none()).collect();
+        let either_way: Vec<Place> = left.iter().map(|i| Place { normal: None, ..places[*i] }).collect();
+        let mut facing_away = vec![false; feet.len()];
+        for (i, foot) in left.iter().zip(target.feet(&either_way, max_distance)) {
+            facing_away[*i] = foot.is_some();
+        }
         PointFeet { feet, facing_away }
     }
 }
@@ -148,7 +166,8 @@ impl PointFeet {
     ) -> (PointDistances, MeasuredPoints) {
         let distance = |foot: &SignedFoot| PointDistance { distance: foot.distance, part: foot.part };
         let distances: Vec<Option<PointDistance>> = self.feet.iter().map(|foot| foot.as_ref().map(distance)).collect();
-        let measured = MeasuredPoints { positions: scan.mesh.positions.clone(), distances };
+        let facing_away = self.facing_away.clone();
+        let measured = MeasuredPoints { positions: scan.mesh.positions.clone(), distances, facing_away };
         let all = measured.positions.iter().zip(&measured.distances);
         let all: Vec<([f64; 3], PointDistance)> = all.filter_map(|(place, d)| Some((*place, (*d)?))).collect();
         let mut of_parts = vec![Vec::new(); parts.names.len()];
@@ -158,14 +177,15 @@ impl PointFeet {
             }
         }
         let overall = statistics(&all, parts);
+        let facing_away = self.facing_away.iter().filter(|away| **away).count();
         let part = |(name, points): (&String, &Vec<([f64; 3], PointDistance)>)| PartPoints {
             name: name.clone(),
             statistics: statistics(points, parts),
         };
         let distances = PointDistances {
             points: self.feet.len(),
-            beyond: self.feet.len() - all.len() - self.facing_away,
-            facing_away: self.facing_away,
+            beyond: self.feet.len() - all.len() - facing_away,
+            facing_away,
             share: overall.measured as f64 / self.feet.len().max(1) as f64,
             parts: parts.names.iter().zip(&of_parts).map(part).collect(),
             overall,
