@@ -186,7 +186,11 @@ const EXPORTS: [Choice<exchange::Format>; 4] = [
         help: "deviations.glb: the parts in the colours of the deviations",
         value: exchange::Format::Glb,
     },
-    Choice { name: "csv", help: "parts.csv and parameters.csv, for spreadsheets", value: exchange::Format::Csv },
+    Choice {
+        name: "csv",
+        help: "parts.csv, parameters.csv and labels.csv, for spreadsheets",
+        value: exchange::Format::Csv,
+    },
 ];
 
 /// Options of a measurement.

@@ -2,6 +2,7 @@
 
 mod architecture;
 mod awkward;
+mod browser;
 mod command;
 mod compare;
 #[cfg(unix)]

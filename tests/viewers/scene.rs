@@ -4,7 +4,7 @@
 
 use gml_runtime::export::picture::Picture;
 use gml_runtime::export::render::{self, DeviationColours, Layer, Paint, View};
-use gml_runtime::export::report::{self, Figure, Report};
+use gml_runtime::export::report::{self, Figure, Report, Scripts};
 use gml_runtime::export::x3d::{self, MetadataGroup, X3dScene};
 use gml_runtime::export::{image, measurement};
 use gml_runtime::mesh::{Group, TriangleMesh};
@@ -70,7 +70,8 @@ fn a_scene_of_known_appearance() {
     let page = report::write(&Report {
         title: "Cylinder compared with bumpy.ply",
         record: None,
-        scripts: &[],
+        scripts: &Scripts::default(),
+        scan: &tessellation.mesh,
         fit: None,
         variance: &VarianceReport::new(&deviations, &scan, "cpu", &[]),
         deviations: &deviations,

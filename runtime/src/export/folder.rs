@@ -14,7 +14,7 @@ use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 /// The files of a result, by name; and those of maps of parameters, which begin and end so.
-const FILES: [&str; 22] = [
+const FILES: [&str; 23] = [
     "colours.png",
     "conformance.png",
     "conformance.tif",
@@ -29,6 +29,7 @@ const FILES: [&str; 22] = [
     "model.x3d",
     "parameters.csv",
     "parts.csv",
+    "labels.csv",
     "points.ply",
     "points.vtp",
     REPORT,

@@ -3,6 +3,7 @@
 
 mod csv;
 mod glb;
+mod labels;
 mod parameters;
 mod parts;
 mod ply;
@@ -24,6 +25,7 @@ const SURFACE_GLB: &str = "deviations.glb";
 const POINTS_PLY: &str = "points.ply";
 const POINTS_VTP: &str = "points.vtp";
 const PARTS_CSV: &str = "parts.csv";
+const LABELS_CSV: &str = "labels.csv";
 const PARAMETERS_CSV: &str = "parameters.csv";
 
 /// A format of other tools.
@@ -70,6 +72,7 @@ pub fn write(
     }
     if formats.contains(&Format::Csv) {
         atomic::write(&folder.join(PARTS_CSV), parts::table(&measurement.report).as_bytes())?;
+        atomic::write(&folder.join(LABELS_CSV), labels::table(&measurement.report.peaks).as_bytes())?;
         if !parameters.is_empty() {
             atomic::write(&folder.join(PARAMETERS_CSV), parameters::table(parameters).as_bytes())?;
         }

@@ -1,0 +1,221 @@
+//! report.html in a browser: Chromium without a window, driven through the pipes of its DevTools protocol.
+
+use crate::support::{example, gmlc, json};
+use base64::Engine;
+use serde_json::{Value, json};
+use std::fs::{self, File};
+use std::io::{BufRead, BufReader, Write};
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+/// A browser with one page.
+struct Browser {
+    process: Child,
+    requests: File,
+    answers: BufReader<File>,
+    next: u64,
+    session: String,
+    /// What the page said, and what it asked for.
+    events: Vec<Value>,
+}
+
+impl Browser {
+    /// None, with a word why, where there is no Chromium; a failure if `GMLC_REQUIRE_BROWSER` is set.
+    fn start(folder: &Path) -> Option<Browser> {
+        let found = ["chromium", "chromium-browser", "google-chrome"]
+            .into_iter()
+            .find(|name| Command::new(name).arg("--version").output().is_ok_and(|o| o.status.success()));
+        let Some(program) = found else {
+            assert!(std::env::var_os("GMLC_REQUIRE_BROWSER").is_none(), "no Chromium");
+            eprintln!("skipped: no Chromium");
+            return None;
+        };
+        let pipes = [folder.join("requests"), folder.join("answers")];
+        assert!(Command::new("mkfifo").args(&pipes).status().expect("mkfifo").success());
+        // The browser reads requests from descriptor 3 and writes answers to 4.
+        let line = "exec \"$0\" --headless=new --no-sandbox --disable-quic --no-first-run --disable-background-networking \
+                    --disable-component-update --disable-sync --use-gl=angle --use-angle=swiftshader \
+                    --enable-unsafe-swiftshader --remote-debugging-pipe --user-data-dir=\"$3\" about:blank 3<\"$1\" 4>\"$2\"";
+        let process = Command::new("sh")
+            .args(["-c", line, program])
+            .args(&pipes)
+            .arg(folder.join("profile"))
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("a shell");
+        let requests = File::options().write(true).open(&pipes[0]).expect("a pipe");
+        let answers = BufReader::new(File::open(&pipes[1]).expect("a pipe"));
+        let (events, session) = (Vec::new(), String::new());
+        let mut browser = Browser { process, requests, answers, next: 0, session, events };
+        let page = browser.ask("Target.createTarget", json!({ "url": "about:blank" }));
+        let target = json!({ "targetId": page["targetId"], "flatten": true });
+        browser.session =
+            browser.ask("Target.attachToTarget", target)["sessionId"].as_str().expect("a session").to_owned();
+        for domain in ["Page", "Runtime", "Network", "Log"] {
+            browser.ask(&format!("{domain}.enable"), json!({}));
+        }
+        Some(browser)
+    }
+
+    /// Sends a request and returns its result; what else comes meanwhile is kept.
+    fn ask(&mut self, method: &str, params: Value) -> Value {
+        self.next += 1;
+        let mut request = json!({ "id": self.next, "method": method, "params": params });
+        if !self.session.is_empty() {
+            request["sessionId"] = json!(self.session);
+        }
+        self.requests.write_all(format!("{request}\0").as_bytes()).expect("sent");
+        loop {
+            let mut message = Vec::new();
+            self.answers.read_until(0, &mut message).expect("an answer");
+            assert_eq!(message.pop(), Some(0), "{method}: the browser has ended");
+            let mut message: Value = serde_json::from_slice(&message).expect("JSON");
+            if message["id"] == json!(self.next) {
+                assert!(message.get("error").is_none(), "{method}: {message}");
+                return message["result"].take();
+            }
+            self.events.push(message);
+        }
+    }
+
+    /// The value of an expression in the page.
+    fn value(&mut self, expression: &str) -> Value {
+        let params = json!({ "expression": expression, "returnByValue": true, "awaitPromise": true });
+        let mut answer = self.ask("Runtime.evaluate", params);
+        assert!(answer.get("exceptionDetails").is_none(), "{expression}: {answer}");
+        answer["result"]["value"].take()
+    }
+
+    fn open(&mut self, page: &Path) {
+        self.ask("Page.navigate", json!({ "url": format!("file://{}", page.display()) }));
+        let begun = Instant::now();
+        while self.value("document.documentElement.dataset.view") != json!("shown") {
+            assert!(
+                begun.elapsed() < Duration::from_secs(60),
+                "{}",
+                self.value("document.getElementById('message').textContent")
+            );
+            std::thread::sleep(Duration::from_millis(100));
+        }
+    }
+
+    fn width(&mut self, width: u32) {
+        let metrics = json!({ "width": width, "height": 900, "deviceScaleFactor": 1, "mobile": false });
+        self.ask("Emulation.setDeviceMetricsOverride", metrics);
+    }
+
+    /// Clicks the middle of an element, moved by some pixels.
+    fn click(&mut self, id: &str, [dx, dy]: [f64; 2]) {
+        let place = self.value(&format!(
+            "(() => {{ const e = document.getElementById('{id}'); e.scrollIntoView({{ block: 'center' }}); \
+             const b = e.getBoundingClientRect(); return [b.left + b.width / 2, b.top + b.height / 2]; }})()"
+        ));
+        let at = |k: usize, by: f64| place[k].as_f64().expect("a number") + by;
+        for kind in ["mousePressed", "mouseReleased"] {
+            let event = json!({ "type": kind, "x": at(0, dx), "y": at(1, dy), "button": "left", "clickCount": 1 });
+            self.ask("Input.dispatchMouseEvent", event);
+        }
+    }
+
+    /// Messages of the page, and requests to anything but the page itself and data in it.
+    fn complaints(&self) -> Vec<String> {
+        let complaint = |event: &Value| match event["method"].as_str()? {
+            "Runtime.consoleAPICalled" | "Runtime.exceptionThrown" | "Log.entryAdded" => Some(event.to_string()),
+            "Network.requestWillBeSent" => {
+                let url = event["params"]["request"]["url"].as_str()?;
+                (!["file:", "data:", "about:", "blob:"].iter().any(|own| url.starts_with(own))).then(|| url.to_owned())
+            }
+            _ => None,
+        };
+        self.events.iter().filter_map(complaint).collect()
+    }
+}
+
+impl Drop for Browser {
+    fn drop(&mut self) {
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
+
+/// The distances of distance.tif, row by row.
+fn distances(path: &Path) -> (usize, Vec<f32>) {
+    let mut decoder = tiff::decoder::Decoder::new(File::open(path).expect("a file")).expect("a picture");
+    let (width, _) = decoder.dimensions().expect("its size");
+    let tiff::decoder::DecodingResult::F32(values) = decoder.read_image().expect("its values") else {
+        panic!("32-bit numbers are expected")
+    };
+    (width as usize, values)
+}
+
+/// The page shows its view without a message or a request; the places that are picked have the distances of
+/// distance.tif; labels are saved with the page; it prints on several pages, and a phone need not scroll sideways.
+#[test]
+fn the_report_works_in_a_browser() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    let Some(mut browser) = Browser::start(at) else { return };
+    let can = example("can/can.gml");
+    gmlc(at, &["scan", &can, "-p", "body_radius=34mm", "--noise", "0.05mm", "-o", "scan.ply", "-q"]);
+    gmlc(at, &["inspect", &can, "scan.ply", "-o", "out", "--resolution", "256", "--tolerance", "0.1mm", "-q"]);
+    browser.width(1200);
+    browser.open(&at.join("out/report.html"));
+    let (width, distances) = distances(&at.join("out/distance.tif"));
+    let scene = browser.value("scene");
+    let step = scene["step"].as_f64().expect("a step");
+    let peaks = json(&at.join("out/variance.json"))["peaks"].as_array().map_or(0, Vec::len);
+    let labels = "document.querySelectorAll('#label-rows tr').length";
+    assert_eq!(browser.value(labels), json!(peaks), "the largest deviations are labelled");
+
+    browser.click("canvas", [0.0, 0.0]);
+    for place in [[0.0, 0.0], [30.0, 40.0], [-35.0, 20.0]] {
+        browser.click("canvas", place);
+        let text = browser.value("document.getElementById('picked').textContent");
+        let text = text.as_str().expect("a text");
+        let number = |before: &str| -> f64 {
+            let rest = text.split(before).nth(1).unwrap_or_else(|| panic!("{before} in {text}"));
+            let end = rest.find(|c: char| !(c.is_ascii_digit() || "+-.\u{2212}".contains(c))).unwrap_or(rest.len());
+            rest[..end].replace('\u{2212}', "-").parse().unwrap_or_else(|_| panic!("{before} in {text}"))
+        };
+        let (column, row) = (number("Texel "), number(&format!("Texel {}, ", number("Texel "))));
+        let expected = distances[row as usize * width + column as usize];
+        let shown = number(") mm: ");
+        // Half a step, and half of the last digit that is shown.
+        let tolerance = 0.5 * step + 0.0005 + 1e-6;
+        assert!((shown - f64::from(expected)).abs() <= tolerance, "{text}: {expected}");
+        assert!((0.0..=1.0).contains(&number("u = ")) && text.contains("can.gml:"), "{text}");
+    }
+    assert!(browser.value(labels).as_u64() > Some(peaks as u64), "what is picked is labelled");
+    let parts = browser.value("document.querySelectorAll('#parts input').length");
+    assert_eq!(parts.as_u64(), Some(scene["parts"].as_array().expect("parts").len() as u64));
+
+    // Everything that is drawn in another way, drawn once.
+    let all = "for (const [id, value] of [['axis', '0'], ['height', '20'], ['range', '0.2'], ['exaggeration', '10']]) \
+               { const e = document.getElementById(id); e.value = value; e.dispatchEvent(new Event('input')); } \
+               for (const id of ['scan-points', 'bands', 'neutral']) document.getElementById(id).click(); \
+               for (const b of document.querySelectorAll('#views button')) b.click(); \
+               new Promise(done => setTimeout(() => done(document.getElementById('cut-text').textContent), 500))";
+    let section = browser.value(all);
+    assert!(section.as_str().is_some_and(|text| text.contains("Section across")), "{section}");
+
+    let pdf = browser.ask("Page.printToPDF", json!({ "preferCSSPageSize": true, "printBackground": true }));
+    let pdf = base64::engine::general_purpose::STANDARD.decode(pdf["data"].as_str().expect("data")).expect("base64");
+    let is_page = |window: &[u8]| window.starts_with(b"/Type /Page") && !window.starts_with(b"/Type /Pages");
+    assert!(pdf.windows(12).filter(|w| is_page(w)).count() >= 3, "{} bytes", pdf.len());
+    browser.width(390);
+    let sideways = browser.value("document.documentElement.scrollWidth - document.documentElement.clientWidth");
+    assert_eq!(sideways, json!(0), "a phone scrolls sideways");
+
+    // What is saved is the page with its labels.
+    let count = browser.value("document.querySelectorAll('#label-rows tr').length").as_u64();
+    let saved = browser.value(
+        "new Promise(done => { const make = URL.createObjectURL; URL.createObjectURL = blob => { blob.text().then(done); return make(blob); }; \
+         HTMLAnchorElement.prototype.click = () => {}; document.getElementById('save').click(); })",
+    );
+    fs::write(at.join("saved.html"), saved.as_str().expect("a page")).expect("written");
+    browser.open(&at.join("saved.html"));
+    assert_eq!(browser.value("document.querySelectorAll('#label-rows tr').length").as_u64(), count);
+    assert_eq!(browser.complaints(), [] as [String; 0]);
+}
