@@ -43,6 +43,7 @@ fn file_for(command: &str, name: &str) -> &'static str {
         (_, "SCAN") => "scan.ply",
         (_, "B") => "fit.json",
         (_, "STAGE") => "ir",
+        (_, "SHELL") => "bash",
         _ => panic!("gmlc {command} needs <{name}>: name a file for it here"),
     }
 }

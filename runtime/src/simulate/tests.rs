@@ -213,7 +213,7 @@ fn impossible_orders_are_refused() {
     assert!(message(Scanner { views: 0, ..exact() }).contains("number of views is 0"));
     assert!(message(Scanner { dropouts: 1.5, ..exact() }).contains("between 0 and 1"));
     assert!(message(Scanner { spacing: 1e-4, ..exact() }).contains("wider spacing"));
-    assert!(message(Scanner { dropouts: 1.0, ..exact() }).contains("none of the 24 views"));
+    assert!(message(Scanner { dropouts: 1.0, ..exact() }).contains("no ray of the 24 views"));
     let empty = scan(&TriangleMesh::default(), &exact(), &Silent).unwrap_err();
     assert_eq!(empty, SimulationError::NoSurface);
     let flat = TriangleMesh { positions: vec![[1.0; 3]], triangles: vec![[0, 0, 0]], ..TriangleMesh::default() };

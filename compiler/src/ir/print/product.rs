@@ -1,6 +1,6 @@
 //! Products as people write them: one sign, numbers first, all divisors at the end.
 
-use super::expression::{Level, Text};
+use super::expression::{self, Level, Text};
 
 /// Factors and divisors.
 #[derive(Clone, Debug)]
@@ -41,6 +41,7 @@ impl Product {
         let is_one = |t: &Text| t.text == "1";
         self.above.retain(|t| !is_one(t));
         self.below.retain(|t| !is_one(t));
+        self.below = gathered(self.below);
         // The sort is stable: other factors than numbers keep their order.
         self.above.sort_by_key(|t| !t.text.starts_with(|c: char| c.is_ascii_digit()));
         let joined =
@@ -56,4 +57,20 @@ impl Product {
         };
         Text { product: Some(Box::new(self)), ..Text::new(text, level) }
     }
+}
+
+/// Divisors that stand there several times as powers.
+fn gathered(divisors: Vec<Text>) -> Vec<Text> {
+    let mut counted: Vec<(Text, u32)> = Vec::new();
+    for divisor in divisors {
+        match counted.iter_mut().find(|(known, _)| known.text == divisor.text) {
+            Some((_, count)) => *count += 1,
+            None => counted.push((divisor, 1)),
+        }
+    }
+    let power = |(base, count): (Text, u32)| match count {
+        1 => base,
+        _ => expression::power(&base, &Text::atom(count.to_string())),
+    };
+    counted.into_iter().map(power).collect()
 }

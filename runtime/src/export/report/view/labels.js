@@ -71,12 +71,15 @@ class Labels {
       let top = y - 10;
       while (taken.some(([left, other]) => Math.abs(left - x) < 90 && Math.abs(other - top) < 18)) top += 18;
       taken.push([x, top]);
-      node.style.left = `${Math.min(x + 8, width - 92)}px`;
-      node.style.top = `${Math.min(top, height - 20)}px`;
+      // In shares of the picture, which has another size on paper.
+      const share = (part, whole) => `${100 * part / whole}%`;
+      if (x > width - 100) node.classList.add('before');
+      node.style.left = share(x, width);
+      node.style.top = share(Math.min(top, height - 20), height);
       const dot = document.createElement('span');
       dot.className = isSeen ? 'place' : 'place faint';
-      dot.style.left = `${x}px`;
-      dot.style.top = `${y}px`;
+      dot.style.left = share(x, width);
+      dot.style.top = share(y, height);
       nodes.push(dot, node);
     });
     this.overlay.replaceChildren(...nodes);

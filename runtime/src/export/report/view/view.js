@@ -32,6 +32,7 @@
   function show() {
     const now = settings();
     drawing.resize();
+    canvas.parentElement.style.setProperty('--aspect', drawing.aspect);
     drawing.draw(camera, now);
     labels.place(drawing, camera, now);
     showScale();
@@ -42,18 +43,18 @@
   function showScale() {
     const width = canvas.clientWidth, millimetre = camera.widthOfMillimetre(drawing.aspect) * width;
     const length = niceLength(0.25 * width / millimetre);
-    element('bar').style.width = `${length * millimetre}px`;
+    element('scale-bar').style.width = `${100 * length * millimetre / width}%`;
     element('bar-length').textContent = `${length} mm at the centre`;
   }
 
   // The scan's axes, as they lie in the view.
   function showAxes() {
-    const { rows } = camera;
+    const { rows } = camera, { namespaceURI } = element('axes');
     element('axes').replaceChildren(...[0, 1, 2].flatMap(k => {
       const [x, y] = [24 * rows[0][k], -24 * rows[1][k]];
-      const line = document.createElementNS('http://www.w3.org/2000/svg', 'line');
+      const line = document.createElementNS(namespaceURI, 'line');
       Object.entries({ x1: 32, y1: 32, x2: 32 + x, y2: 32 + y }).forEach(([name, value]) => line.setAttribute(name, value));
-      const text = document.createElementNS('http://www.w3.org/2000/svg', 'text');
+      const text = document.createElementNS(namespaceURI, 'text');
       Object.entries({ x: 32 + 1.25 * x, y: 36 + 1.25 * y, 'text-anchor': 'middle' }).forEach(([name, value]) => text.setAttribute(name, value));
       text.textContent = 'xyz'[k];
       return [line, text];
@@ -170,7 +171,7 @@
   // The page as it came, with the labels of now.
   function save() {
     const json = JSON.stringify(labels.list).replaceAll('<', '\\u003c');
-    const page = asItCame.replace(/(<script type="application\/json" id="labels">)[^<]*/, (_, tag) => tag + json);
+    const page = asItCame.replace(/( id="labels">)[^<]*/, (_, tag) => tag + json);
     const link = document.createElement('a');
     link.href = URL.createObjectURL(new Blob([page], { type: 'text/html' }));
     link.download = 'report.html';
