@@ -101,12 +101,20 @@ fn deviations_are_written_for_other_tools() {
     let [r, h] = &parameters[..] else { panic!("{parameters:?}") };
     assert_eq!((r["parameter"].as_str(), r["value"].as_str(), r["unit"].as_str()), ("r", "20", "mm"));
     assert_eq!((h["value"].as_str(), h["sd"].as_str(), h["without_sd"].as_str()), ("50", "", "not fitted"));
-    assert_eq!(std::fs::read_dir(at.join("out")).expect("a folder").count(), 13, "with six that are always written");
+    assert_eq!(std::fs::read_dir(at.join("out")).expect("a folder").count(), 17, "with nine that are always written");
 
     // They are files of that result, and go with it.
     std::fs::write(at.join("out/notes.csv"), "mine").expect("written");
     gmlc(at, &[&MEASURE[..], &["-o", "out"]].concat());
-    for name in ["deviations.ply", "deviations.vtp", "points.vtp", "deviations.glb", "parts.csv", "parameters.csv"] {
+    for name in [
+        "deviations.ply",
+        "deviations.vtp",
+        "points.vtp",
+        "deviations.glb",
+        "parts.csv",
+        "parameters.csv",
+        "labels.csv",
+    ] {
         assert!(!at.join("out").join(name).exists(), "{name}");
     }
     assert!(at.join("out/notes.csv").exists());

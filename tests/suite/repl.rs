@@ -14,8 +14,8 @@ fn lines(folder: &Path, args: &[&str], input: &str) -> (Option<i32>, String) {
     gmlc_with_input(folder, &[&["repl"], args].concat(), input)
 }
 
-/// By Leibniz' rule from the derivatives of exp, ln and 1/x, computed apart. Denominators that are squared at each order
-/// overflow from the tenth on.
+/// By Leibniz' rule from the derivatives of exp, ln and 1/x, computed apart. Denominators that are squared at each
+/// order overflow from the tenth on.
 #[test]
 fn high_derivatives_of_quotients_are_right() {
     let folder = tempfile::tempdir().expect("a folder");

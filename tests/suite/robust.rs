@@ -100,7 +100,7 @@ fn values_at_which_the_model_does_not_exist_are_errors_of_check() {
     fs::write(at.join("m.gml"), script).expect("written");
     gmlc(at, &["check", "m.gml", "-p", "r=7mm"]);
     let error = fails(at, &["check", "m.gml", "-p", "r=2mm"], 1);
-    assert!(error.contains("m.gml:3:3: too small"), "{error}");
+    assert!(error.contains("m.gml:3:2: too small"), "{error}");
     for (tolerance, expected) in [("-1mm", "must not be negative"), ("1mm * (0 / 0.0)", "not a")] {
         fs::write(at.join("t.gml"), format!("model t {{\n part p tolerance {tolerance} = disc(5mm)\n}}\n"))
             .expect("written");
@@ -134,7 +134,7 @@ fn surfaces_that_are_slow_to_look_at_do_not_take_minutes() {
     fs::write(at.join("l.gml"), format!("model l {{ part p = |u, v| (1mm * u, 1mm * v, 1mm * {steps}) }}\n"))
         .expect("written");
     let error = fails(at, &["check", "l.gml"], 1);
-    assert!(error.contains("--limit steps=N"), "{error}");
+    assert!(error.contains("--limit steps)"), "{error}");
 }
 
 #[test]
