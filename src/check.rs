@@ -150,7 +150,24 @@ impl Checked {
             let inside_out = self.closedness.iter().flat_map(|c| &c.inside_out);
             self.diagnostics.extend(inside_out.map(|part| inside_out_warning(program, *part)));
         }
+        self.add_measures()?;
         self.diagnostics.sort_by_key(|d| (d.span.file, d.span.start));
+        Ok(())
+    }
+
+    /// Adds an error for each measure that cannot be computed at these values.
+    ///
+    /// # Errors
+    /// One cannot be computed at values that were given.
+    fn add_measures(&mut self) -> Result<(), CommandError> {
+        let Some(program) = &self.program else { return Ok(()) };
+        for (k, measure) in program.measures().iter().enumerate() {
+            match program.measure(k, &self.values) {
+                Err(error) if self.given => return Err(CommandError::failed(error)),
+                Err(error) => self.diagnostics.push(Diagnostic::new(Code::Evaluation, measure.span, error.sentence)),
+                Ok(_) => {}
+            }
+        }
         Ok(())
     }
 

@@ -109,6 +109,20 @@ fn values_at_which_the_model_does_not_exist_are_errors_of_check() {
     }
 }
 
+/// So is a measure that cannot be computed at the defaults.
+#[test]
+fn measures_without_a_value_are_errors_of_check() {
+    let folder = tempdir().expect("a folder");
+    let at = folder.path();
+    let script =
+        "model m {\n param r: length in 1mm..9mm = 8mm\n measure root = sqrt((4mm - r) / 1mm)\n part p = disc(r)\n}\n";
+    fs::write(at.join("m.gml"), script).expect("written");
+    let error = fails(at, &["check", "m.gml"], 1);
+    assert!(error.contains("'root' cannot be computed") && error.contains("m.gml:3:"), "{error}");
+    gmlc(at, &["check", "m.gml", "-p", "r=3mm"]);
+    assert!(fails(at, &["check", "m.gml", "-p", "r=7mm"], 1).contains("'root' cannot be computed"));
+}
+
 /// U+009B is what ESC [ is.
 #[test]
 fn controls_beyond_ascii_are_not_printed() {
