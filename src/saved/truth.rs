@@ -35,19 +35,7 @@ pub(super) fn is_truth(text: &str) -> bool {
 /// The values of a truth as those of a fit that is known to be right.
 pub(super) fn parse(text: &str) -> Result<FitResult, serde_json::Error> {
     let TruthFile { model, script, script_sha256, inputs, parameters, pose } = serde_json::from_str(text)?;
-    let parameter = |(name, value): (String, f64)| FittedParameter {
-        name,
-        value,
-        unit: String::new(),
-        quantity: Quantity::Real,
-        fixed: false,
-        at_bound: false,
-        lower: None,
-        upper: None,
-        sd: None,
-        bias: None,
-        without_sd: None,
-    };
+    let parameter = |(name, value): (String, f64)| FittedParameter::new(name, value, Quantity::Real);
     let parameters = parameters.into_iter().map(parameter).collect();
     // A scan in the script's own position has no pose that a command would have to leave out.
     let pose = (pose != Motion::IDENTITY).then_some(pose);

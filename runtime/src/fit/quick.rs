@@ -88,18 +88,9 @@ fn settle(problem: &Problem) -> Option<FitResult> {
     let best = anneal(&level, &problem.thin.sample(ANNEALING_POINTS), best, given);
     let x = level.space.x(&best.estimate.z)?;
     let parameter = |(i, p): (usize, &Parameter)| FittedParameter {
-        name: p.name.clone(),
-        value: x[i],
-        unit: p.quantity.unit().to_owned(),
-        quantity: p.quantity,
         // What the motion stands for counts with it.
         fixed: problem.start.fixed[i] || problem.pose.stands_for.contains(&i),
-        at_bound: false,
-        lower: None,
-        upper: None,
-        sd: None,
-        bias: None,
-        without_sd: None,
+        ..FittedParameter::new(p.name.as_str(), x[i], p.quantity)
     };
     Some(FitResult {
         parameters: model.parameters().iter().enumerate().map(parameter).collect(),

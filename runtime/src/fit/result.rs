@@ -187,6 +187,26 @@ pub struct FittedParameter {
     pub without_sd: Option<WithoutSd>,
 }
 
+impl FittedParameter {
+    /// A value, in the unit of its quantity, of which nothing else is known.
+    #[must_use]
+    pub fn new(name: impl Into<String>, value: f64, quantity: Quantity) -> Self {
+        Self {
+            name: name.into(),
+            value,
+            unit: quantity.unit().to_owned(),
+            quantity,
+            fixed: false,
+            at_bound: false,
+            lower: None,
+            upper: None,
+            sd: None,
+            bias: None,
+            without_sd: None,
+        }
+    }
+}
+
 /// The reason for which a parameter has no standard deviation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum WithoutSd {

@@ -4,7 +4,6 @@ use super::{Deviations, VarianceReport};
 use crate::model::{ChartMap, Tessellation, surface_coordinates};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
-use std::collections::HashMap;
 
 /// How many are named.
 const PEAKS: usize = 10;
@@ -50,7 +49,6 @@ pub(in crate::variance) fn peaks(
     };
     let mut order: Vec<usize> = (0..texels.len()).filter(counts).collect();
     order.sort_by(|a, b| deviations.signed(*b).abs().total_cmp(&deviations.signed(*a).abs()).then(a.cmp(b)));
-    let at: HashMap<u32, usize> = texels.index.iter().enumerate().map(|(i, place)| (*place, i)).collect();
     let apart = APART * tessellation.mesh.bounds().diagonal();
     let mut chosen: Vec<usize> = Vec::new();
     for &i in &order {
@@ -60,7 +58,7 @@ pub(in crate::variance) fn peaks(
             break;
         }
         if chosen.iter().all(is_far)
-            && let Some(median) = median_around(deviations, &at, i)
+            && let Some(median) = median_around(deviations, i)
             && counts(&median)
         {
             chosen.push(median);
@@ -73,13 +71,13 @@ pub(in crate::variance) fn peaks(
 
 /// The texel of the median of the deviations of texel i and its neighbours of the same part; none where fewer than five
 /// of the nine have one: at a border of the data a distance is least certain.
-fn median_around(deviations: &Deviations, at: &HashMap<u32, usize>, i: usize) -> Option<usize> {
+fn median_around(deviations: &Deviations, i: usize) -> Option<usize> {
     let texels = &deviations.texels;
     let [x, y] = texels.place(i).map(i64::from);
     let around = (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (x + dx, y + dy)));
     let inside =
         |(x, y): &(i64, i64)| (0..i64::from(texels.width)).contains(x) && (0..i64::from(texels.height)).contains(y);
-    let index = |(x, y): (i64, i64)| at.get(&((y * i64::from(texels.width) + x) as u32)).copied();
+    let index = |(x, y): (i64, i64)| texels.index.binary_search(&((y * i64::from(texels.width) + x) as u32)).ok();
     let mut found: Vec<usize> = around
         .filter(inside)
         .filter_map(index)

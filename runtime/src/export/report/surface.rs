@@ -3,7 +3,7 @@
 use super::pack::Planes;
 use crate::export::colormap::{AMBIGUOUS, BURIED, CONTRADICTED, FILLED, NO_DATA};
 use crate::mesh::TriangleMesh;
-use crate::variance::Deviations;
+use crate::variance::{Class, Deviations};
 
 /// Steps of a deviation from zero to the end of the colour scale: with so many no channel of its colour is off by more
 /// than one.
@@ -45,7 +45,13 @@ pub(super) fn mesh(mesh: &TriangleMesh) -> String {
 }
 
 pub(super) fn drawn(mesh: &TriangleMesh) -> impl Iterator<Item = &[u32; 3]> {
-    mesh.triangles.iter().filter(|t| t.iter().all(|&v| (v as usize) < mesh.positions.len()))
+    drawn_of(mesh, &mesh.triangles)
+}
+
+/// Those of some triangles of a mesh whose vertices exist.
+pub(super) fn drawn_of<'m>(mesh: &TriangleMesh, triangles: &'m [[u32; 3]]) -> impl Iterator<Item = &'m [u32; 3]> {
+    let vertices = mesh.positions.len();
+    triangles.iter().filter(move |t| t.iter().all(|&v| (v as usize) < vertices))
 }
 
 /// The width of a step of the deviations in the page. Millimetres.
@@ -63,7 +69,7 @@ pub(super) fn texels(deviations: &Deviations, step: f64) -> String {
     for i in 0..deviations.texels.len() {
         let [x, y] = deviations.texels.place(i).map(|n| n as usize);
         let distance = f64::from(deviations.signed(i));
-        let (class, value) = (class(deviations, i, distance), (distance / step).round());
+        let (class, value) = (number(deviations.class(i)), (distance / step).round());
         classes[y * width + x] = class;
         steps[y * width + x] = if class == 1 { value.clamp(-32767.0, 32767.0) as i32 } else { 0 };
     }
@@ -86,19 +92,14 @@ pub(super) fn texels(deviations: &Deviations, step: f64) -> String {
     planes.text()
 }
 
-/// The number of a texel's class, in the order of `texel_colour`.
-fn class(deviations: &Deviations, i: usize, distance: f64) -> u8 {
-    if deviations.is_buried(i) {
-        4
-    } else if deviations.is_filled(i) {
-        3
-    } else if deviations.is_contradicted(i) {
-        5
-    } else if deviations.is_ambiguous(i) {
-        6
-    } else if distance.is_nan() {
-        2
-    } else {
-        1
+/// The number of a texel's class, in the order of `CLASSES`.
+fn number(class: Class) -> u8 {
+    match class {
+        Class::Measured => 1,
+        Class::NoData | Class::Beyond | Class::FacingAway => 2,
+        Class::Filled => 3,
+        Class::Buried => 4,
+        Class::Contradicted => 5,
+        Class::Ambiguous => 6,
     }
 }

@@ -1,6 +1,6 @@
 //! The input of the interactive view besides mesh, texels and points: figures, parts, labels and controls.
 
-use super::surface::{CLASSES, drawn, step};
+use super::surface::{CLASSES, drawn, drawn_of, step};
 use super::{Report, cloud, number};
 use crate::export::colormap::diverging;
 use crate::export::escape::escape;
@@ -63,13 +63,12 @@ fn in_page(value: &Value) -> String {
 fn facts(report: &Report<'_>) -> Vec<Value> {
     let mesh = &report.tessellation.mesh;
     let maps: Vec<Option<ChartMap>> = report.tessellation.chart_maps();
-    let is_drawn = |t: &[u32; 3]| t.iter().all(|&v| (v as usize) < mesh.positions.len());
     let mut end = 0;
     let mut part = |k: usize| {
         let group = &mesh.groups[k];
         let start = end;
         let triangles = mesh.triangles.get(group.start..group.end).unwrap_or_default();
-        end += triangles.iter().filter(|t| is_drawn(t)).count();
+        end += drawn_of(mesh, triangles).count();
         let statistics = report.variance.parts.get(k);
         json!({
             "name": group.name,

@@ -45,14 +45,11 @@ pub(super) fn gaps(patch: Patch<'_>) -> Result<(Gaps, bool), EvaluationError> {
             if new[own].is_empty() || uncounted[own] {
                 continue;
             }
-            let found = changes(patch, axis, &new[own], samples)?;
-            uncounted[own] = found.is_none();
             let known = std::mem::take(&mut gaps[own]);
-            gaps[own] = found.map(|found| merged(known, found)).unwrap_or_default();
-            if gaps[own].len() > MOST_CHANGES {
-                uncounted[own] = true;
-                gaps[own].clear();
-            }
+            let found = changes(patch, axis, &new[own], samples)?.map(|found| merged(known, found));
+            let found = found.filter(|all| all.len() <= MOST_CHANGES);
+            uncounted[own] = found.is_none();
+            gaps[own] = found.unwrap_or_default();
         }
         for axis in [Axis::U, Axis::V] {
             let own = axis as usize;

@@ -216,12 +216,14 @@ impl Reader<'_> {
             // Numbers that are declared as single precision are rounded to it.
             let number = if let Scalar::F32 = scalar { word.parse().map(f32::into) } else { word.parse() };
             let number: f64 = number.map_err(|_| format!("expected a number, found `{}`", shown(&word)))?;
-            if !matches!(scalar, Scalar::F32 | Scalar::F64) && number.fract() != 0.0 {
-                return Err(format!("expected a whole number, found `{}`", shown(&word)));
-            }
-            if let Some((least, most)) = scalar.range().filter(|(least, most)| !(*least..=*most).contains(&number)) {
-                let word = shown(&word);
-                return Err(format!("expected a whole number from {least} to {most} by its type, found `{word}`"));
+            if let Some((least, most)) = scalar.range() {
+                if number.fract() != 0.0 {
+                    return Err(format!("expected a whole number, found `{}`", shown(&word)));
+                }
+                if !(least..=most).contains(&number) {
+                    let word = shown(&word);
+                    return Err(format!("expected a whole number from {least} to {most} by its type, found `{word}`"));
+                }
             }
             return Ok(number);
         }
