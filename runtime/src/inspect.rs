@@ -5,15 +5,15 @@ use crate::export::measurement::{self, DocumentError, Extras, Textures, png};
 use crate::export::picture::Picture;
 use crate::export::render::{self, DeviationColours, Layer, Paint, View};
 use crate::export::report::{self, Figure, Report, Scripts, file_name};
-use crate::export::x3d::{self, MetadataGroup, X3dScene};
+use crate::export::x3d::{self, X3dScene, metadata};
 use crate::export::{atomic, json, number, palette};
 use crate::fit::{self, AllowedDeviation, FitError, FitOptions, FitResult, FittedMeasure};
 use crate::model::{EvaluationError, Model, Motion, Tessellation};
 use crate::progress::Progress;
 use crate::scan::Scan;
 use crate::variance::{
-    Dimension, MeasureError, MeasureOptions, Measurement, ParameterCovariance, Reference, Statistics, Tolerance,
-    VarianceReport, VerdictOptions, measure, require_triangles,
+    Dimension, MeasureError, MeasureOptions, Measurement, ParameterCovariance, Reference, Tolerance, VarianceReport,
+    VerdictOptions, measure, require_triangles,
 };
 use std::path::Path;
 use thiserror::Error;
@@ -172,7 +172,7 @@ impl Documents<'_> {
         let views = self.views(scan, textures.colour_range);
         progress.report("writing", f64::NAN, "model.x3d, report.html");
         let title = format!("{} compared with {}", self.name, file_name(&scan.source.path));
-        let scene = self.scene(&title, &textures)?;
+        let scene = self.scene(&title, scan, &textures)?;
         let report = self.report(&title, scan, &textures, &views)?;
         atomic::write(&folder.join("views.png"), &png(&Picture::sheet(&views, SIDES.len()))?)?;
         atomic::write(&folder.join("model.x3d"), scene.as_bytes())?;
@@ -195,16 +195,16 @@ impl Documents<'_> {
         pictures
     }
 
-    fn scene(&self, title: &str, textures: &Textures) -> Result<String, DocumentError> {
+    fn scene(&self, title: &str, scan: &Scan, textures: &Textures) -> Result<String, DocumentError> {
+        let Measurement { tessellation, displayed, deviations, .. } = self.measurement;
         Ok(x3d::write(&X3dScene {
-            tessellation: &self.measurement.tessellation,
-            texture_png: &textures.coded,
-            texture_size: textures.size,
-            max_distance: self.measurement.deviations.max_distance,
+            tessellation: displayed.as_ref().unwrap_or(tessellation),
+            deviations,
+            scan: &scan.mesh,
             colour_range: textures.colour_range,
             turned: self.upright.rotation,
             title,
-            metadata: &self.metadata(),
+            metadata: &metadata(self.fit, &self.measurement.report),
         })?)
     }
 
@@ -241,46 +241,6 @@ impl Documents<'_> {
             picture: model.first().copied(),
             pictures: &[("Model in the colours of its deviations", &model[1..]), (&heading, &scanned)],
         }))
-    }
-
-    fn metadata(&self) -> Vec<MetadataGroup> {
-        let entry = |name: &str, value: String| (name.to_owned(), value);
-        let figures = |name: &str, s: &Statistics| MetadataGroup {
-            name: name.to_owned(),
-            entries: vec![
-                entry("coverage", number(s.coverage)),
-                entry("mean", number(s.weighted.mean)),
-                entry("sd", number(s.weighted.sd)),
-                entry("max", number(s.weighted.max)),
-                entry("signed mean", number(s.weighted.signed.mean)),
-                entry("rms", number(s.weighted.rms)),
-            ],
-        };
-        let report = &self.measurement.report;
-        let mut groups = Vec::new();
-        if let Some(fit) = self.fit {
-            let entries = fit.parameters.iter().map(|p| entry(&p.name, format!("{} {}", p.value, p.unit))).collect();
-            groups.push(MetadataGroup { name: "parameters".to_owned(), entries });
-            let measured = |m: &FittedMeasure| Some(entry(&m.name, format!("{} {}", m.value?, m.unit)));
-            let entries: Vec<(String, String)> = fit.measures.iter().filter_map(measured).collect();
-            if !fit.measures.is_empty() {
-                groups.push(MetadataGroup { name: "measures".to_owned(), entries });
-            }
-        }
-        groups.push(figures("all", &report.overall));
-        groups.extend(report.parts.iter().map(|p| {
-            let mut group = figures(&p.name, &p.statistics);
-            if let Some(verdict) = &p.verdict {
-                group.entries.extend([
-                    entry("verdict", verdict.outcome.text().to_owned()),
-                    entry("value decided on", number(verdict.value)),
-                    entry("standard uncertainty", number(verdict.uncertainty)),
-                    entry("probability of conformance", number(verdict.probability)),
-                ]);
-            }
-            group
-        }));
-        groups
     }
 }
 

@@ -2,15 +2,15 @@
 //! height 90. Seen from the front, its scan has a red bump of 8 mm on the upper left, a blue dent of 6 mm on the lower
 //! right, a hole in the middle, and a lid that is 2 mm too high.
 
+use gml_runtime::export::measurement;
 use gml_runtime::export::picture::Picture;
 use gml_runtime::export::render::{self, DeviationColours, Layer, Paint, View};
 use gml_runtime::export::report::{self, Figure, Report, Scripts};
 use gml_runtime::export::x3d::{self, MetadataGroup, X3dScene};
-use gml_runtime::export::{image, measurement};
 use gml_runtime::mesh::{Group, TriangleMesh};
 use gml_runtime::model::{Motion, SurfacePoint, Tessellation, Texels};
 use gml_runtime::scan::ScanSource;
-use gml_runtime::variance::{Deviations, DistanceTexture, VarianceReport};
+use gml_runtime::variance::{Deviations, VarianceReport};
 use std::f64::consts::TAU;
 use std::path::PathBuf;
 
@@ -39,13 +39,10 @@ fn a_scene_of_known_appearance() {
     std::fs::create_dir_all(&folder).expect("a folder");
     let tessellation = tessellation();
     let deviations = deviations();
-    let texture = DistanceTexture::new(&deviations);
-    let distance_png = image::png_rgb(texture.width, texture.height, &texture.rgb, &[]).expect("a picture");
     let scene = X3dScene {
         tessellation: &tessellation,
-        texture_png: &distance_png,
-        texture_size: [SIDE as u32; 2],
-        max_distance: MAX_DISTANCE,
+        deviations: &deviations,
+        scan: &tessellation.mesh,
         colour_range: COLOUR_RANGE,
         turned: Motion::IDENTITY.rotation,
         title: "A cylinder with a bump & a dent",
@@ -137,7 +134,7 @@ fn tessellation() -> Tessellation {
     for (patch, (name, surface, chart)) in patches.into_iter().enumerate() {
         let start = mesh.triangles.len();
         let first = mesh.positions.len() as u32;
-        let (columns, rows) = (160u32, 80u32);
+        let (columns, rows) = (80u32, 40u32);
         for j in 0..=rows {
             for i in 0..=columns {
                 let (u, v) = (f64::from(i) / f64::from(columns), f64::from(j) / f64::from(rows));

@@ -8,7 +8,7 @@ import { fileURLToPath } from 'node:url';
 const [, , file, folder] = process.argv;
 const library = join(dirname(fileURLToPath(import.meta.url)), 'node_modules/x_ite/dist');
 const page = `<!doctype html><script src="/x_ite/x_ite.min.js"></script>
-<style>body { margin: 0 } x3d-canvas { width: 800px; height: 600px }</style><x3d-canvas src="/scene.x3d"></x3d-canvas>`;
+<style>body { margin: 0 } x3d-canvas { width: 800px; height: 600px }</style><x3d-canvas></x3d-canvas>`;
 const types = { js: 'text/javascript', css: 'text/css', html: 'text/html' };
 
 const server = createServer((request, response) => {
@@ -31,8 +31,19 @@ const browser = await chromium.launch({
 const tab = await browser.newPage({ viewport: { width: 800, height: 600 } });
 tab.on('console', message => console.log(message.type(), message.text().slice(0, 300)));
 await tab.goto(`http://localhost:${server.address().port}/`);
-await tab.waitForTimeout(5000);
-for (let mode = 0; mode < 5; mode++) {
+const opened = await tab.evaluate(async () => {
+  const { browser } = document.querySelector('x3d-canvas');
+  await new Promise(resolve => setTimeout(resolve, 500));
+  const start = performance.now();
+  await browser.loadURL(new X3D.MFString('/scene.x3d'));
+  for (let frame = 0; frame < 2; frame++) {
+    await browser.nextFrame();
+    await new Promise(requestAnimationFrame);
+  }
+  return performance.now() - start;
+});
+console.log(`opened in ${(opened / 1000).toFixed(2)} s`);
+for (let mode = 0; mode < 7; mode++) {
   const shown = await tab.evaluate(async mode => {
     const { browser } = document.querySelector('x3d-canvas');
     if (mode) browser.currentScene.getNamedNode(`View${mode}`).set_bind = true;
@@ -40,7 +51,7 @@ for (let mode = 0; mode < 5; mode++) {
     return `${browser.currentScene.getNamedNode('Mode').whichChoice} ${browser.activeViewpoint.description}`;
   }, mode);
   console.log(mode, shown);
-  await tab.screenshot({ path: join(folder, `x_ite-${mode}.png`) });
+  await tab.screenshot({ path: join(folder, `x_ite-${mode}.png`), timeout: 300000 });
 }
 await browser.close();
 server.close();

@@ -3,6 +3,7 @@
 use exr::prelude::{
     AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, LayerAttributes, SmallVec, Text, WritableImage,
 };
+use rayon::prelude::*;
 use std::io::Cursor;
 use thiserror::Error;
 use tiff::encoder::colortype::Gray32Float;
@@ -50,6 +51,30 @@ pub fn png_rgb(width: u32, height: u32, rgb: &[u8], notes: &[(&str, &str)]) -> R
     writer.write_image_data(rgb)?;
     writer.finish()?;
     Ok(file)
+}
+
+/// A PNG file of `3 * width * height` bytes that are data and no colours: the smallest of those that the filters of PNG
+/// make, because what is guessed from rows does not hold for numbers of several bytes.
+///
+/// # Errors
+/// A side of zero, or bytes of the wrong number.
+pub fn png_data(width: u32, height: u32, bytes: &[u8]) -> Result<Vec<u8>, ImageError> {
+    use png::Filter;
+    let filtered = |filter| {
+        let mut file = Vec::new();
+        let mut encoder = png::Encoder::new(&mut file, width, height);
+        encoder.set_color(png::ColorType::Rgb);
+        encoder.set_depth(png::BitDepth::Eight);
+        encoder.set_compression(png::Compression::High);
+        encoder.set_filter(filter);
+        let mut writer = encoder.write_header()?;
+        writer.write_image_data(bytes)?;
+        writer.finish()?;
+        Ok(file)
+    };
+    let filters = [Filter::NoFilter, Filter::Sub, Filter::Up, Filter::Paeth, Filter::Adaptive];
+    let files: Vec<Vec<u8>> = filters.into_par_iter().map(filtered).collect::<Result<_, ImageError>>()?;
+    Ok(files.into_iter().min_by_key(Vec::len).unwrap_or_default())
 }
 
 /// A PNG file of `width * height` numbers of colours of a palette, three bytes each, row 0 at the top.

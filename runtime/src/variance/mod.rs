@@ -56,7 +56,7 @@ pub use statistics::{Histogram, Statistics};
 pub(crate) use surface::{Parametrised, Surface, target};
 pub use surface::{Reference, Resolution};
 pub use texel_widths::TexelWidths;
-pub use texture::{DistanceTexture, signed_distances};
+pub use texture::{DistanceTexture, FINE_CODE, fine_end, signed_distances};
 pub use tolerance::{Conformance, Tolerance};
 pub use unmatched::{Piece, UnmatchedSummary};
 pub use verdict::{DecisionRule, Dimension, DimensionVerdict, Outcome, OverallVerdict, Verdict, VerdictOptions};

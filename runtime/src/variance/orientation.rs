@@ -77,6 +77,11 @@ pub(crate) fn turn(texels: &mut Texels, mesh: &mut TriangleMesh, turned: &[bool]
             texels.normal[i] = texels.normal[i].map(|c| -c);
         }
     }
+    turn_mesh(mesh, turned);
+}
+
+/// Turns the normals and triangles of some parts of a mesh. See [`turn`].
+pub(crate) fn turn_mesh(mesh: &mut TriangleMesh, turned: &[bool]) {
     let mut vertices = vec![false; mesh.positions.len()];
     for (group, _) in mesh.groups.iter().zip(turned).filter(|(_, t)| **t) {
         for triangle in &mut mesh.triangles[group.start..group.end] {

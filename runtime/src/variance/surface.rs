@@ -18,6 +18,17 @@ use std::time::Instant;
 /// detail needs them close together.
 const LONGEST_EDGE: f64 = 1.0 / 150.0;
 
+/// Longest edge of triangles that viewers divide, in texels. With 8 the scene of the cup takes 4.9 MB, with 12 3.5 MB.
+const DIVIDED_EDGE: f64 = 12.0;
+
+/// The most triangles that viewers divide. X3D writes one with its half of a vertex in some 95 bytes: the scene of a
+/// model of the most triangles stays below 4 MB.
+const MOST_DIVIDED: usize = 20_000;
+
+/// The largest distance between such triangles and the surface, as a fraction of the model's diagonal: half a pixel
+/// where the model fills a screen of 1,000 pixels.
+const DIVIDED_CHORD: f64 = 5e-4;
+
 /// Segments along u and v by which the size of a model is judged before the work.
 const COARSE: u32 = 8;
 
@@ -163,6 +174,19 @@ impl<'a> Surface<'a> {
             }
             size *= 2;
         }
+    }
+
+    /// The model in few triangles, for documents whose viewers divide them; none for a mesh, which is shown as it is.
+    pub(crate) fn displayed(&self) -> Result<Option<Tessellation>, MeasureError> {
+        let Some(Parametrised { reach, atlas, motion, size, .. }) = &self.parametrised else { return Ok(None) };
+        let area: f64 = self.texels.area.iter().map(|area| f64::from(*area)).sum();
+        let width = (area / self.texels.len().max(1) as f64).sqrt();
+        let edge = if width > 0.0 { DIVIDED_EDGE * width } else { f64::INFINITY };
+        let chord = DIVIDED_CHORD * size.max(f64::MIN_POSITIVE);
+        let fineness = Fineness { chord, edge, max_triangles: MOST_DIVIDED, ..Fineness::default() };
+        let mut tessellation = Tessellation::new(reach.model, &*reach.instance, fineness)?.with_atlas(atlas);
+        motion.move_tessellation(&mut tessellation);
+        Ok(Some(tessellation))
     }
 
     /// How the surface moves where the parameters change; none for a mesh.

@@ -27,6 +27,9 @@ const CONTRADICTED: u8 = 8;
 /// Bit of the third channel: there is no distance, since what the ray meets belongs to another place of the model.
 const AMBIGUOUS: u8 = 4;
 
+/// The byte up to which the steps of [`DistanceTexture::finer`] are fine; its shaders know the number.
+pub const FINE_CODE: u8 = 223;
+
 /// Distances as the paper codes them (\[VA\] sect. 6), 3 bytes a texel, row 0 at the top: the distance along +normal
 /// and that along -normal, as bytes of which 255 stands for the maximum distance; then 128 if there is a hit along
 /// +normal plus 64 if there is one along -normal (or 32 alone for a closed hole of the scan, 16 alone for surface
@@ -47,6 +50,25 @@ impl DistanceTexture {
     /// Codes the deviations.
     #[must_use]
     pub fn new(deviations: &Deviations) -> Self {
+        let max = deviations.max_distance;
+        // Distances are not negative: adding a half and truncating rounds to nearest.
+        Self::coded(deviations, &|d| (255.0 * d / max + 0.5) as u8)
+    }
+
+    /// Codes the deviations in finer steps up to `fine` millimetres, for which the byte [`FINE_CODE`] stands, and in
+    /// larger ones from there to the maximum distance; in equal steps where they would not be finer.
+    #[must_use]
+    pub fn finer(deviations: &Deviations, fine: f64) -> Self {
+        let (code, max) = (f64::from(FINE_CODE), deviations.max_distance);
+        let fine = fine_end(fine, max);
+        let byte = |d: f64| {
+            let place = if d <= fine { code * d / fine } else { code + (255.0 - code) * (d - fine) / (max - fine) };
+            (place + 0.5) as u8
+        };
+        Self::coded(deviations, &byte)
+    }
+
+    fn coded(deviations: &Deviations, byte: &(dyn Fn(f64) -> u8 + Sync)) -> Self {
         let (width, height) = (deviations.texels.width, deviations.texels.height);
         let mut codes = vec![[0u8; 3]; width as usize * height as usize];
         let mut covered = vec![false; codes.len()];
@@ -60,7 +82,7 @@ impl DistanceTexture {
                 if place >= codes.len() {
                     break;
                 }
-                codes[place] = code(deviations.outward[i], deviations.inward[i], deviations.max_distance);
+                codes[place] = code(deviations.outward[i], deviations.inward[i], byte);
                 codes[place][2] |= if deviations.is_filled(i) { FILLED } else { 0 };
                 codes[place][2] |= if deviations.is_buried(i) { BURIED } else { 0 };
                 codes[place][2] |= if deviations.is_contradicted(i) { CONTRADICTED } else { 0 };
@@ -84,9 +106,14 @@ pub fn signed_distances(deviations: &Deviations) -> Vec<f32> {
     distances
 }
 
-fn code(outward: f32, inward: f32, max_distance: f64) -> [u8; 3] {
-    // Distances are not negative: adding a half and truncating rounds to nearest.
-    let byte = |d: f32| if d.is_nan() { 0 } else { (255.0 * f64::from(d) / max_distance + 0.5) as u8 };
+/// The end of the finer steps of [`DistanceTexture::finer`]: `fine`, or where all steps are equal. Millimetres.
+#[must_use]
+pub fn fine_end(fine: f64, max_distance: f64) -> f64 {
+    fine.min(max_distance * f64::from(FINE_CODE) / 255.0)
+}
+
+fn code(outward: f32, inward: f32, byte: &(dyn Fn(f64) -> u8 + Sync)) -> [u8; 3] {
+    let byte = |d: f32| if d.is_nan() { 0 } else { byte(f64::from(d)) };
     let flags = if outward.is_nan() { 0 } else { OUTWARD } | if inward.is_nan() { 0 } else { INWARD };
     [byte(outward), byte(inward), flags]
 }

@@ -53,7 +53,19 @@ fn measurement() -> Measurement {
     };
     let tessellation = Tessellation { mesh, ..Tessellation::default() };
     let (unmatched, filled, conformance) = (TriangleMesh::default(), None, None);
-    Measurement { tessellation, deviations, report, points, unmatched, filled, conformance, sensitivity_maps: None }
+    let displayed = None;
+    let sensitivity_maps = None;
+    Measurement {
+        tessellation,
+        displayed,
+        deviations,
+        report,
+        points,
+        unmatched,
+        filled,
+        conformance,
+        sensitivity_maps,
+    }
 }
 
 fn names() -> Vec<String> {

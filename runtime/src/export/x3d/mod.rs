@@ -1,30 +1,44 @@
 //! One self-contained X3D file that shows the model (nominal), the scan as displacement of the model (actual, \[VA\]
 //! sect. 7) and both, in desktop viewers and in browsers.
 //!
-//! The scan is not in the file as a mesh: shaders move the model's triangles along their normals by the distances
-//! that the texture holds. Which hit counts where a ray met the scan on both sides is decided in one place,
-//! `deviation` in glsl/common.glsl, as in the statistics: the nearer one.
+//! The actual surface is not in the file as a mesh: shaders divide the model's triangles until a vertex has a texel, and
+//! move the vertices along their normals by the distances that the texture holds. Which hit counts where a ray met the
+//! scan on both sides is decided in one place, `deviation` in glsl/common.glsl: the nearer one, as in the statistics,
+//! or both.
 
+mod annotations;
+mod frame;
+mod metadata;
+mod modes;
+mod numbers;
+mod parts;
+mod scan;
 mod scene;
+mod section;
 pub(super) mod shaders;
+mod surface;
 #[cfg(test)]
 mod tests;
+mod textures;
+mod viewpoints;
+
+pub use metadata::metadata;
 
 use crate::mesh::TriangleMesh;
 use crate::model::Tessellation;
+use crate::variance::Deviations;
 use thiserror::Error;
 
 /// The content of the file.
 #[derive(Clone, Copy, Debug)]
 pub struct X3dScene<'a> {
-    /// The model, with normals and texture coordinates; one group a part.
+    /// The model in triangles that shaders divide, with normals and texture coordinates; one group a part.
     pub tessellation: &'a Tessellation,
-    /// The distance texture as a PNG file, RGB, coded as in \[VA\] sect. 6.
-    pub texture_png: &'a [u8],
-    /// Its width and height: powers of two, because viewers resample others and so destroy the codes.
-    pub texture_size: [u32; 2],
-    /// Distance that the byte 255 encodes. Millimetres.
-    pub max_distance: f64,
+    /// The distances, whose texture has powers of two of texels a side, because viewers resample others and so destroy
+    /// the codes.
+    pub deviations: &'a Deviations,
+    /// The scan.
+    pub scan: &'a TriangleMesh,
     /// Deviation at which the colour scale ends. Millimetres.
     pub colour_range: f64,
     /// The rotation of the model from its author's coordinates, with z upwards, into the scan's: a matrix, row by row.
@@ -56,6 +70,9 @@ pub enum X3dError {
         /// Rows.
         height: u32,
     },
+    /// A texture cannot be encoded.
+    #[error("a texture cannot be written: {0}")]
+    Texture(String),
     /// A distance that is no positive finite number.
     #[error("{what} must be positive, not {value}")]
     Distance {
@@ -75,15 +92,17 @@ pub enum X3dError {
 /// Viewers cannot show the mesh or the texture.
 pub fn write(scene: &X3dScene<'_>) -> Result<String, X3dError> {
     check(scene)?;
-    Ok(scene::document(scene))
+    scene::document(scene)
 }
 
 fn check(scene: &X3dScene<'_>) -> Result<(), X3dError> {
-    let [width, height] = scene.texture_size;
+    let (width, height) = (scene.deviations.texels.width, scene.deviations.texels.height);
     if !width.is_power_of_two() || !height.is_power_of_two() {
         return Err(X3dError::TextureSize { width, height });
     }
-    for (what, value) in [("the maximum distance", scene.max_distance), ("the colour range", scene.colour_range)] {
+    for (what, value) in
+        [("the maximum distance", scene.deviations.max_distance), ("the colour range", scene.colour_range)]
+    {
         if !(value > 0.0 && value.is_finite()) {
             return Err(X3dError::Distance { what, value });
         }

@@ -5,29 +5,47 @@ use std::fmt::Write;
 
 const COMMON: &str = include_str!("glsl/common.glsl");
 const COLOUR: &str = include_str!("glsl/colour.glsl");
+const TEXEL: &str = include_str!("glsl/texel.glsl");
+const TILE_VERTEX: &str = include_str!("glsl/tile.vert");
+const TILE_FRAGMENT: &str = include_str!("glsl/tile.frag");
 
 /// Samples of the colour scale between which shaders interpolate.
 const SCALE_SAMPLES: usize = 17;
 
-/// A stage's name in X3D and its source.
-type Stage = (&'static str, &'static str);
+/// Which viewers a shader is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Dialect {
+    /// Castle Game Engine, on the desktop.
+    Desktop,
+    /// X_ITE, in browsers.
+    Web,
+}
 
-/// Displacement in the geometry stage, for desktop viewers (\[VA\] sect. 7).
-pub(super) const GEOMETRY: &[Stage] = &[
-    ("VERTEX", include_str!("glsl/geometry.vert")),
-    ("GEOMETRY", include_str!("glsl/geometry.geom")),
-    ("FRAGMENT", include_str!("glsl/geometry.frag")),
-];
-/// Displacement in the vertex stage, for desktop viewers that have no geometry stage.
-pub(super) const VERTEX: &[Stage] =
-    &[("VERTEX", include_str!("glsl/vertex.vert")), ("FRAGMENT", include_str!("glsl/vertex.frag"))];
-/// Displacement in the vertex stage, for WebGL.
-pub(super) const WEB: &[Stage] =
-    &[("VERTEX", include_str!("glsl/web.vert")), ("FRAGMENT", include_str!("glsl/web.frag"))];
+/// Displacement in the geometry stage, for desktop viewers (\[VA\] sect. 7): stages by their name in X3D.
+pub(super) fn geometry() -> [(&'static str, String); 3] {
+    [
+        ("VERTEX", complete(include_str!("glsl/geometry.vert"))),
+        ("GEOMETRY", complete(include_str!("glsl/geometry.geom"))),
+        ("FRAGMENT", complete(include_str!("glsl/geometry.frag"))),
+    ]
+}
+
+/// Displacement in the vertex stage of tiles of triangles.
+pub(super) fn tiles(dialect: Dialect) -> [(&'static str, String); 2] {
+    let (head, names) = match dialect {
+        Dialect::Desktop => (include_str!("glsl/desktop.head"), include_str!("glsl/desktop.names")),
+        Dialect::Web => (include_str!("glsl/web.head"), include_str!("glsl/web.names")),
+    };
+    [
+        ("VERTEX", complete(&format!("{head}{names}{TILE_VERTEX}"))),
+        ("FRAGMENT", complete(&format!("{head}{TILE_FRAGMENT}"))),
+    ]
+}
 
 /// The complete source of a stage.
 pub(in crate::export) fn complete(source: &str) -> String {
-    source.replace("//!common\n", COMMON).replace("//!colour\n", &COLOUR.replace("//!scale\n", &scale()))
+    let inserted = source.replace("//!common\n", COMMON).replace("//!texel\n", TEXEL);
+    inserted.replace("//!colour\n", &COLOUR.replace("//!scale\n", &scale()))
 }
 
 /// Statements that return the colour for `t` in [0, 1].

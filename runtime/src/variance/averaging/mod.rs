@@ -28,7 +28,8 @@ pub(in crate::variance) const MAX_WIDTH: f64 = 0.1;
 /// If the sum of the normals of patches that meet is shorter (two sides of a sheet), they have no average.
 const CANCELLED: f64 = 1e-3;
 
-/// Replaces the normals of texels and of vertices (which documents displace) by averaged ones.
+/// Replaces the normals of texels and of vertices (which documents displace) by averaged ones. `displayed` is another
+/// tessellation of the same model.
 ///
 /// For a model: where an edge of a patch lies on another patch, or on another edge of its own, both have the mean of
 /// their normals, weighted by the angles of the patches there; within `width` millimetres beside it normals turn
@@ -43,10 +44,11 @@ const CANCELLED: f64 = 1e-3;
 pub(in crate::variance) fn average_normals(
     texels: &mut Texels,
     tessellation: &mut Tessellation,
+    displayed: Option<&mut Tessellation>,
     width: f64,
 ) -> Result<Vec<f32>, BvhError> {
     let before = texels.normal.clone();
-    turn_normals(texels, tessellation, width)?;
+    turn_normals(texels, tessellation, displayed, width)?;
     let cosine = |(before, after): (&[f32; 3], &[f32; 3])| {
         let [before, after] = [before, after].map(|n| DVec3::from(n.map(f64::from)));
         // A normal that was not turned has exactly 1.
@@ -55,7 +57,12 @@ pub(in crate::variance) fn average_normals(
     Ok(before.par_iter().zip(&texels.normal).map(cosine).collect())
 }
 
-fn turn_normals(texels: &mut Texels, tessellation: &mut Tessellation, width: f64) -> Result<(), BvhError> {
+fn turn_normals(
+    texels: &mut Texels,
+    tessellation: &mut Tessellation,
+    displayed: Option<&mut Tessellation>,
+    width: f64,
+) -> Result<(), BvhError> {
     let bvh = Bvh::build(&tessellation.mesh)?;
     let tolerance = COINCIDENT * tessellation.mesh.bounds().diagonal();
     if tessellation.origins.len() != tessellation.mesh.positions.len() {
@@ -76,10 +83,11 @@ fn turn_normals(texels: &mut Texels, tessellation: &mut Tessellation, width: f64
         }
     };
     texels.normal.par_iter_mut().zip(texels.position.par_iter().zip(&texels.part)).for_each(texel);
-    let Tessellation { mesh, origins, .. } = tessellation;
-    for ((normal, position), origin) in mesh.normals.iter_mut().zip(&mesh.positions).zip(origins) {
-        if let Some(n) = averaged(origin.patch, *position, DVec3::from(*normal)) {
-            *normal = n.to_array();
+    for Tessellation { mesh, origins, .. } in std::iter::once(tessellation).chain(displayed) {
+        for ((normal, position), origin) in mesh.normals.iter_mut().zip(&mesh.positions).zip(origins) {
+            if let Some(n) = averaged(origin.patch, *position, DVec3::from(*normal)) {
+                *normal = n.to_array();
+            }
         }
     }
     Ok(())

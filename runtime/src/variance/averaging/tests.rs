@@ -88,7 +88,7 @@ fn displaced_rims_of_a_can_coincide() {
             let apart = gap(&tessellation, &displaced(&tessellation, &texels, &scan.mesh, Device::Cpu));
             assert!((apart - offset * 2f64.sqrt()).abs() < 0.15, "{apart}");
         }
-        average_normals(&mut texels, &mut tessellation, 2.0).expect("a surface");
+        average_normals(&mut texels, &mut tessellation, None, 2.0).expect("a surface");
         let moved = displaced(&tessellation, &texels, &scan.mesh, Device::Cpu);
         let apart = gap(&tessellation, &moved);
         // Texels of 0.7 mm, within which a normal turns by a third of 45 degrees; vertices up to 1 mm apart on either
@@ -111,7 +111,7 @@ fn normals_turn_within_the_band_only() {
     let program = program(CAN);
     let (mut tessellation, mut texels) = surface(&program, &[20.0, 50.0]);
     let before = texels.clone();
-    average_normals(&mut texels, &mut tessellation, 2.0).expect("a surface");
+    average_normals(&mut texels, &mut tessellation, None, 2.0).expect("a surface");
     let mut turned = 0;
     for i in 0..texels.len() {
         let position = DVec3::from(texels.position[i]);
@@ -157,7 +157,7 @@ fn figures_are_the_same_for_every_kind_of_distance() {
     let along = |texels: Texels| cast(texels, &bvh, 5.0, Facing::SAME, Device::Cpu).expect("a distance").deviations;
     let nearest = closest(texels.clone(), &bvh, &scan.mesh, 5.0, Facing::SAME).expect("a distance").deviations;
     let mut turned = texels.clone();
-    let cosine = average_normals(&mut turned, &mut tessellation, 2.0).expect("a surface");
+    let cosine = average_normals(&mut turned, &mut tessellation, None, 2.0).expect("a surface");
     let averaged = Deviations { cosine, ..along(turned) };
     let furthest = (0..averaged.texels.len()).map(|i| averaged.along(i)).fold(0.0, f32::max);
     assert!(furthest > 0.37, "{furthest}: no direction was turned");
@@ -194,7 +194,7 @@ fn a_box_from_elsewhere_gets_the_normals_of_its_corners() {
     let triangles = quads.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).collect();
     let mesh = TriangleMesh { positions, triangles, ..TriangleMesh::default() };
     let ReferenceSurface { mut tessellation, mut texels, .. } = ReferenceSurface::new(&mesh, 64).expect("a box");
-    average_normals(&mut texels, &mut tessellation, 1.0).expect("a surface");
+    average_normals(&mut texels, &mut tessellation, None, 1.0).expect("a surface");
     for (p, n) in tessellation.mesh.positions.iter().zip(&tessellation.mesh.normals) {
         assert!(DVec3::from(*p).normalize().dot(DVec3::from(*n)) > 1.0 - 1e-9, "{p:?} {n:?}");
     }

@@ -20,7 +20,7 @@ use super::holes::FilledHoles;
 use super::matching::refuse_foreign;
 use super::noise;
 use super::nothing::{self, Misfit};
-use super::orientation::{Facings, turn};
+use super::orientation::{Facings, turn, turn_mesh};
 use super::peaks::peaks;
 use super::points::{PointParts, PointSearch};
 use super::reach::Reach;
@@ -55,6 +55,9 @@ const BEYOND_NOISE: f64 = 5.0;
 pub struct Measurement {
     /// The surface, in the scan's position.
     pub tessellation: Tessellation,
+    /// The same surface in few triangles, for documents whose viewers divide them until a vertex has a texel; none for
+    /// a reference mesh.
+    pub displayed: Option<Tessellation>,
     /// The distances.
     pub deviations: Deviations,
     /// Statistics: the content of variance.json.
@@ -106,8 +109,10 @@ pub fn measure(
     unless_cancelled(progress)?;
     let build = started.elapsed().as_secs_f64();
 
+    let mut displayed = surface.displayed()?;
     if surface.inverted.contains(&true) {
         turn(&mut surface.texels, &mut surface.tessellation.mesh, &surface.inverted);
+        displayed.iter_mut().for_each(|displayed| turn_mesh(&mut displayed.mesh, &surface.inverted));
     }
     let Facings { reversed, contested } = Facings::of(&surface.texels, &scan.mesh, &bvh, max_distance);
     let turned = reversed.then(|| scan.turned());
@@ -122,7 +127,7 @@ pub fn measure(
     // Forms are those of the surface itself, before normals are averaged.
     let shapes = recognise(&texels);
     require_datum(options.datum.as_deref(), &texels.part_names, |part| shapes[part].is_some())?;
-    let (averaging_width, cosine) = averaged(&mut texels, &mut tessellation, options)?;
+    let (averaging_width, cosine) = averaged(&mut texels, &mut tessellation, displayed.as_mut(), options)?;
     unless_cancelled(progress)?;
     let Cast { mut deviations, device, notice } = cast_rays(texels, scan, &bvh, max_distance, options)?;
     deviations.cosine = cosine;
@@ -224,6 +229,7 @@ pub fn measure(
     report.seconds.unmatched = started.elapsed().as_secs_f64();
     Ok(Measurement {
         tessellation,
+        displayed,
         deviations,
         report,
         points,
@@ -317,6 +323,7 @@ fn unless_cancelled(progress: &dyn Progress) -> Result<(), MeasureError> {
 fn averaged(
     texels: &mut Texels,
     tessellation: &mut Tessellation,
+    displayed: Option<&mut Tessellation>,
     options: &MeasureOptions,
 ) -> Result<(Option<f64>, Vec<f32>), MeasureError> {
     if options.distance != DistanceKind::AveragedNormal {
@@ -328,7 +335,7 @@ fn averaged(
     if width > most {
         return Err(MeasureError::AveragingWidth { width, most });
     }
-    let cosine = average_normals(texels, tessellation, width).map_err(MeasureError::Surface)?;
+    let cosine = average_normals(texels, tessellation, displayed, width).map_err(MeasureError::Surface)?;
     Ok(((!tessellation.origins.is_empty()).then_some(width), cosine))
 }
 

@@ -3,13 +3,14 @@
 varying vec3 eye;
 varying vec2 texCoord;
 varying float known;
+varying float hits;
 
 uniform sampler2D distances;
 
 //!common
 //!colour
 void main() {
-  vec2 found = deviation(texture2D(distances, texCoord).rgb);
+  vec2 found = deviation(texture2D(distances, texCoord).rgb, floor(hits + 0.5));
   if (known < 0.9999 || found.y < 0.5) discard;
   gl_FragColor = vec4(lit(colour(found.x), eye), 1.0);
 }

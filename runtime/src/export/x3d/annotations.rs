@@ -1,0 +1,162 @@
+//! What the scene says of itself: the colour scale with its figures, a scale bar, and the names of the parts.
+
+use super::frame::Frame;
+use super::numbers::{list, list_of, number, quoted};
+use super::parts::Part;
+use crate::export::colormap::diverging;
+use crate::export::escape::escape;
+use crate::export::round_up;
+use crate::mesh::TriangleMesh;
+use glam::DVec3;
+use std::fmt::Write;
+
+/// Steps of the legend's bar.
+const STEPS: usize = 32;
+
+/// The most parts that are named: those with the most triangles.
+const MOST_NAMES: usize = 24;
+
+/// Distance of a part's middle from the model's, in halves of its diagonal, from which on the part lies aside.
+const ASIDE: f64 = 0.3;
+
+/// Sizes of the legend, seen from a distance of 1: half the height of the view is 0.31.
+const BAR: [f64; 2] = [0.018, 0.36];
+const LEGEND_RIGHT: f64 = 0.31;
+const LETTERS: f64 = 0.019;
+
+/// Ink of texts and lines.
+const INK: &str = "0.12 0.14 0.17";
+
+/// A text with its middle, or its beginning, at the origin.
+fn text(lines: &[&str], size: f64, middle: bool, out: &mut String) {
+    let justify = if middle { r#""MIDDLE" "MIDDLE""# } else { r#""BEGIN" "MIDDLE""# };
+    let string = escape(&lines.iter().map(|line| quoted(line)).collect::<Vec<_>>().join(" "));
+    let size = number(size, 6);
+    let _ = write!(
+        out,
+        "<Shape><Appearance><Material diffuseColor='0 0 0' emissiveColor='{INK}'/></Appearance><Text string='{string}'>\
+         <FontStyle family='\"SANS\"' size='{size}' justify='{justify}'/></Text></Shape>"
+    );
+}
+
+/// The legend, which stays in the view whatever the viewpoint: a sensor of the viewer's place and direction moves it.
+pub(super) fn legend(range: f64, frame: &Frame, out: &mut String) {
+    let far = 1e4 * frame.radius;
+    let size = list_of([far; 3], 0);
+    let _ = writeln!(out, "    <ProximitySensor DEF='Viewer' size='{size}'/>");
+    // Nearer than the model, farther than the nearest that is drawn.
+    let scale = list_of([0.2 * frame.radius; 3], 9);
+    let _ = writeln!(out, "    <Transform DEF='Follow'>\n      <Transform scale='{scale}'>");
+    let _ = writeln!(out, "      <Transform translation='{LEGEND_RIGHT} 0 -1'>");
+    bar(out);
+    let [width, height] = BAR;
+    for tick in [-1.0, -0.5, 0.0, 0.5, 1.0] {
+        let (x, y) = (number(width + 0.008, 6), number(tick * height / 2.0, 6));
+        let _ = write!(out, "      <Transform translation='{x} {y} 0'>");
+        let sign = if tick > 0.0 { "+" } else { "" };
+        text(&[&format!("{sign}{}", figure(tick * range))], LETTERS, false, out);
+        out.push_str("</Transform>\n");
+    }
+    for (words, y) in [(["scan outside", "mm"], height / 2.0 + 0.04), (["scan inside", ""], -height / 2.0 - 0.03)] {
+        let y = number(y, 6);
+        let _ = write!(out, "      <Transform translation='0 {y} 0'>");
+        text(if words[1].is_empty() { &words[..1] } else { &words }, LETTERS, true, out);
+        out.push_str("</Transform>\n");
+    }
+    out.push_str("      </Transform>\n      </Transform>\n    </Transform>\n");
+    for (event, field) in [("position_changed", "set_translation"), ("orientation_changed", "set_rotation")] {
+        let _ = writeln!(out, "    <ROUTE fromNode='Viewer' fromField='{event}' toNode='Follow' toField='{field}'/>");
+    }
+}
+
+/// The bar of the legend: colours without light.
+fn bar(out: &mut String) {
+    let [width, height] = BAR;
+    out.push_str("      <Shape><Appearance/><IndexedTriangleSet solid='false' colorPerVertex='true' index='");
+    let quad = |k: usize| [[4 * k, 4 * k + 1, 4 * k + 3], [4 * k, 4 * k + 3, 4 * k + 2]];
+    list((0..STEPS).flat_map(quad).map(|t| t.map(|v| v.to_string())), out);
+    out.push_str("'><Coordinate point='");
+    let corner = |k: usize| {
+        let y = |k: usize| (k as f64 / STEPS as f64 - 0.5) * height;
+        [[-width / 2.0, y(k)], [width / 2.0, y(k)], [-width / 2.0, y(k + 1)], [width / 2.0, y(k + 1)]]
+    };
+    list((0..STEPS).flat_map(corner).map(|[x, y]| [number(x, 5), number(y, 5), "0".to_owned()]), out);
+    out.push_str("'/><Color color='");
+    let colour = |k: usize| diverging(2.0 * (k as f64 + 0.5) / STEPS as f64 - 1.0);
+    let share = |c: u8| number(f64::from(c) / 255.0, 3);
+    list((0..STEPS).flat_map(|k| [colour(k); 4]).map(|c| c.map(share)), out);
+    out.push_str("'/></IndexedTriangleSet></Shape>\n");
+}
+
+/// A bar of a round length below the model, which turns to the viewer.
+pub(super) fn scale_bar(frame: &Frame, out: &mut String) {
+    // A quarter to half of the model's diagonal.
+    let length = round_up(0.25 * frame.radius);
+    let (half, thick) = (length / 2.0, 0.012 * frame.radius);
+    let low = frame.shown.low.y - 0.16 * frame.radius;
+    let place = list_of([0.0, low, 0.0], frame.decimals);
+    let size = list_of([length, thick, thick], frame.decimals + 2);
+    let below = list_of([0.0, -0.09 * frame.radius, 0.0], frame.decimals);
+    let _ = write!(
+        out,
+        "    <Transform translation='{place}'><Billboard axisOfRotation='0 0 0'>\
+         <Shape><Appearance><Material diffuseColor='0 0 0' emissiveColor='{INK}'/></Appearance><Box size='{size}'/></Shape>"
+    );
+    for end in [-half, half] {
+        let end = list_of([end, 0.0, 0.0], frame.decimals + 2);
+        let tick = list_of([thick, 4.0 * thick, thick], frame.decimals + 2);
+        let _ = write!(
+            out,
+            "<Transform translation='{end}'><Shape><Appearance><Material diffuseColor='0 0 0' emissiveColor='{INK}'/>\
+             </Appearance><Box size='{tick}'/></Shape></Transform>"
+        );
+    }
+    let _ = write!(out, "<Transform translation='{below}'>");
+    text(&[&format!("{} mm", figure(length))], 0.09 * frame.radius, true, out);
+    out.push_str("</Transform></Billboard></Transform>\n");
+}
+
+/// A number of at most four digits.
+fn figure(value: f64) -> String {
+    if value == 0.0 {
+        return "0".to_owned();
+    }
+    let decimals = (3.0 - value.abs().log10().floor()).clamp(0.0, 12.0);
+    number(value, decimals as usize)
+}
+
+/// The direction in the scene in which the k-th name lies: by the golden angle about the axis from the front's left on,
+/// so that the next one is far from all before.
+fn direction(k: usize) -> DVec3 {
+    let (sin, cos) = (2.4 * k as f64 - 0.9).sin_cos();
+    DVec3::new(sin, 0.35 - 0.1 * (k % 4) as f64, cos)
+}
+
+/// Names of the parts, each outside of the model's box with a line to a place of the part: around the model in turn, so
+/// that they do not hide each other.
+pub(super) fn names(parts: &[Part], mesh: &TriangleMesh, frame: &Frame, out: &mut String) {
+    let mut largest: Vec<&Part> = parts.iter().collect();
+    largest.sort_by_key(|part| std::cmp::Reverse(part.triangles.len()));
+    for (k, part) in largest.into_iter().take(MOST_NAMES).enumerate() {
+        let direction = frame.upright.transpose() * direction(k);
+        let middle: DVec3 = part.vertices.iter().map(|v| frame.local(mesh.positions[*v as usize])).sum();
+        let middle = frame.upright * middle / part.vertices.len().max(1) as f64;
+        // A part that lies aside is named there.
+        let aside = frame.upright.transpose() * DVec3::new(middle.x, 0.0, middle.z);
+        let direction = if aside.length() > ASIDE * frame.radius { aside.normalize() } else { direction };
+        let along = |v: &&u32| frame.local(mesh.positions[**v as usize]).dot(direction);
+        let Some(vertex) = part.vertices.iter().max_by(|a, b| along(a).total_cmp(&along(b))) else { continue };
+        let at = frame.local(mesh.positions[*vertex as usize]);
+        let end = |share: f64| at + share * frame.radius * direction.normalize_or(DVec3::Z);
+        let place = |p: DVec3| list_of(p.to_array(), frame.decimals);
+        let (from, to, beyond) = (place(at), place(end(0.24)), place(end(0.3)));
+        let _ = write!(
+            out,
+            "            <Shape><Appearance><Material diffuseColor='0 0 0' emissiveColor='{INK}'/></Appearance>\
+             <LineSet vertexCount='2'><Coordinate point='{from},{to}'/></LineSet></Shape>\n            \
+             <Transform translation='{beyond}'><Billboard axisOfRotation='0 0 0'>"
+        );
+        text(&[&part.name], 0.075 * frame.radius, true, out);
+        out.push_str("</Billboard></Transform>\n");
+    }
+}

@@ -1,0 +1,76 @@
+//! The deviations as textures: coded for shaders, and in colours for viewers without.
+
+use crate::export::colormap::{AMBIGUOUS, BURIED, CONTRADICTED, FILLED, NO_DATA, diverging};
+use crate::export::image::{self, ImageError};
+use crate::variance::{Deviations, DistanceTexture, FINE_CODE, fine_end};
+
+/// Ends of the colour scale up to which distances have fine steps: what is farther is rare.
+const FINE: f64 = 3.0;
+
+/// Colours on either side of zero: as many as are told apart on a scale of the size of a hand.
+const STEPS: i32 = 24;
+
+/// Texels a side of the colours: every second one of 1,024. They are for viewers without shaders; with every texel the
+/// scene of the cup has half a megabyte more.
+const COLOURED_SIDE: usize = 512;
+
+/// The colours of texels without a distance, in the order of their bits in the coded texture.
+const CLASSES: [(u8, [u8; 3]); 4] = [(32, FILLED), (16, BURIED), (8, CONTRADICTED), (4, AMBIGUOUS)];
+
+/// Textures and what shaders must know of them.
+pub(super) struct Textures {
+    /// The distances along +normal and -normal, coded, and below them the words of the model's tiles: a PNG file whose
+    /// sides are powers of two, because viewers resample others. It is one file, because Castle Game Engine 4.2 gives
+    /// all textures of a shader the first of them.
+    pub(super) coded: Vec<u8>,
+    /// Rows of distances.
+    pub(super) rows: u32,
+    /// The nearer of the two in colours: a PNG file with a palette.
+    pub(super) colours: Vec<u8>,
+    /// The distance for which the byte `FINE_CODE` stands. Millimetres.
+    pub(super) fine: f64,
+}
+
+impl Textures {
+    pub(super) fn new(deviations: &Deviations, colour_range: f64, words: &[[u8; 3]]) -> Result<Self, ImageError> {
+        let fine = fine_end(FINE * colour_range, deviations.max_distance);
+        let texture = DistanceTexture::finer(deviations, FINE * colour_range);
+        let (width, height) = (texture.width, texture.height);
+        let millimetres = |code: u8| match code.checked_sub(FINE_CODE) {
+            None => f64::from(code) / f64::from(FINE_CODE) * fine,
+            Some(over) => fine + f64::from(over) / f64::from(255 - FINE_CODE) * (deviations.max_distance - fine),
+        };
+        let colour = |[outward, inward, flags]: [u8; 3]| {
+            let distance = match (flags & 128 != 0, flags & 64 != 0) {
+                (true, false) => millimetres(outward),
+                (true, true) if outward <= inward => millimetres(outward),
+                (false, false) => {
+                    let class = CLASSES.iter().position(|(bit, _)| flags & bit != 0);
+                    return (2 * STEPS + 2 + class.map_or(-1, |class| class as i32)) as u8;
+                }
+                _ => -millimetres(inward),
+            };
+            (STEPS + (distance / colour_range * f64::from(STEPS)).round().clamp(-24.0, 24.0) as i32) as u8
+        };
+        let [columns, rows] = [width, height].map(|n| n as usize);
+        let step = columns.max(rows).div_ceil(COLOURED_SIDE);
+        let sampled = (0..rows).step_by(step).flat_map(|y| (0..columns).step_by(step).map(move |x| y * columns + x));
+        let pixels: Vec<u8> = {
+            let codes = texture.rgb.as_chunks::<3>().0;
+            sampled.map(|i| colour(codes[i])).collect()
+        };
+        let scale = (-STEPS..=STEPS).map(|step| diverging(f64::from(step) / f64::from(STEPS)));
+        let palette: Vec<u8> =
+            scale.chain([NO_DATA]).chain(CLASSES.map(|(_, colour)| colour)).collect::<Vec<_>>().concat();
+        let mut coded = texture.rgb;
+        coded.extend_from_slice(words.as_flattened());
+        let sides = [columns, (coded.len() / 3 / columns).next_power_of_two()];
+        coded.resize(3 * sides[0] * sides[1], 0);
+        Ok(Self {
+            coded: image::png_data(sides[0] as u32, sides[1] as u32, &coded)?,
+            rows: height,
+            colours: image::png_indexed(columns.div_ceil(step) as u32, rows.div_ceil(step) as u32, palette, &pixels)?,
+            fine,
+        })
+    }
+}
