@@ -41,6 +41,7 @@ const MEASUREMENT: &[&str] = &[
     "resolution",
     "device",
     "sensitivities",
+    "scale",
     "exr",
     "points",
 ];

@@ -170,7 +170,7 @@ const MATCHINGS: [Choice<Matching>; 2] = [
     Choice { name: "all", help: "All that are met, as in the paper", value: Matching::All },
 ];
 
-const EXPORTS: [Choice<exchange::Format>; 4] = [
+const EXPORTS: [Choice<exchange::Format>; 5] = [
     Choice {
         name: "ply",
         help: "deviations.ply and points.ply: distance, part and class at the model's points and at the scan's",
@@ -190,6 +190,11 @@ const EXPORTS: [Choice<exchange::Format>; 4] = [
         name: "csv",
         help: "parts.csv, parameters.csv and labels.csv, for spreadsheets",
         value: exchange::Format::Csv,
+    },
+    Choice {
+        name: "svg",
+        help: "legend.svg, histogram.svg and section.svg: drawings for documents",
+        value: exchange::Format::Svg,
     },
 ];
 
@@ -258,6 +263,10 @@ pub(crate) struct VarianceControls {
     /// Draw a map for every parameter: how far the surface moves along its normal per unit of it (sensitivity-NAME.png)
     #[arg(long)]
     pub(crate) sensitivities: bool,
+    /// Where the colour scale of pictures ends, either way [default: three times the tolerance that all parts with one
+    /// share, otherwise the robust range of the deviations]
+    #[arg(long, value_name = "LENGTH", value_parser = values::positive_length)]
+    pub(crate) scale: Option<f64>,
     /// Also write the signed distances as OpenEXR (distance.exr)
     #[arg(long)]
     pub(crate) exr: bool,

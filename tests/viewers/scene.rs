@@ -5,6 +5,7 @@
 use gml_runtime::export::picture::Picture;
 use gml_runtime::export::render::{self, DeviationColours, Layer, Paint, View};
 use gml_runtime::export::report::{self, Figure, Report, Scripts};
+use gml_runtime::export::scale::Scale;
 use gml_runtime::export::x3d::{self, MetadataGroup, X3dScene};
 use gml_runtime::export::{image, measurement};
 use gml_runtime::mesh::{Group, TriangleMesh};
@@ -55,7 +56,8 @@ fn a_scene_of_known_appearance() {
     write("scene.x3d", x3d::write(&scene).expect("a scene").as_bytes());
 
     let mut views = Vec::new();
-    let colours = DeviationColours::new(&deviations, COLOUR_RANGE);
+    let scale = Scale::continuous(COLOUR_RANGE);
+    let colours = DeviationColours::new(&deviations, &scale);
     let layer = Layer { mesh: &tessellation.mesh, paint: Paint::Deviations(&colours), opacity: 1.0 };
     for (name, view) in [("front", View::FRONT), ("back", View::BACK), ("top", View::TOP), ("inside", View::INSIDE)] {
         let picture = render::render(&[layer], &view, WIDTH, HEIGHT_IN_PIXELS);
@@ -78,7 +80,7 @@ fn a_scene_of_known_appearance() {
         tessellation: &tessellation,
         turned: Motion::IDENTITY.rotation,
         conformance_png: None,
-        colour_range: COLOUR_RANGE,
+        scale: &scale,
         picture: views.first().map(|(caption, png)| Figure { caption, png }),
         pictures: &[("Deviations", &views.iter().map(|(caption, png)| Figure { caption, png }).collect::<Vec<_>>())],
     });
