@@ -132,8 +132,8 @@ impl Inspection {
 
 impl Documents<'_> {
     /// Writes the documents of [`measurement::write`](crate::export::measurement::write()), views.png,
-    /// overview.png, model.x3d, report.html and drawings into a folder, which must exist. The parameters of `extras`, if
-    /// it has none, are those of the fit.
+    /// overview.png, model.x3d, report.html and drawings into a folder, which must exist. The parameters of `extras`,
+    /// if it has none, are those of the fit.
     ///
     /// # Errors
     /// If a file cannot be written.

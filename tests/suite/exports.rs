@@ -272,14 +272,14 @@ fn the_colour_scale_follows_the_tolerance_or_the_user() {
         end(&["--tolerance", "+0.5/-0.25mm"], "followed"),
         "1.5 mm, are neutral from -0.25 to 0.5 mm, and have 4 steps beyond"
     );
-    assert_eq!(end(&["--scale", "250um"], "given"), "0.25 mm");
+    assert_eq!(end(&["--scale", "0.025cm"], "given"), "0.25 mm");
     assert_eq!(
         end(&["--scale", "2mm", "--tolerance", "0.5mm"], "both"),
         "2 mm, are neutral from -0.5 to 0.5 mm, and have 4 steps beyond"
     );
     let settings = json(&at.join("given/variance.json"))["provenance"]["settings"].clone();
     let scale = settings.as_array().expect("settings").iter().find(|setting| setting["name"] == "scale");
-    assert_eq!(scale.expect("the scale")["values"][0], "250um");
+    assert_eq!(scale.expect("the scale")["values"][0], "0.025cm");
     std::fs::write(at.join("gmlc.toml"), "[variance]\nscale = \"0.3mm\"\n").expect("written");
     assert_eq!(end(&[], "set"), "0.3 mm");
     for (wrong, said) in [("0mm", "is not above zero"), ("-1mm", "is below zero"), ("inf", "mm"), ("3", "unit")] {
@@ -300,7 +300,7 @@ fn drawings_are_valid_and_load_nothing() {
         let path = at.join("out").join(name);
         let text = std::fs::read_to_string(&path).expect("text");
         assert!(text.contains("<title>can compared with a&amp;b &lt;i&gt;.ply: "), "{name}: {text}");
-        assert!(text.contains(" mm") && text.ends_with("</svg>\n"), "{name}");
+        assert!(text.contains("mm") && text.ends_with("</svg>\n"), "{name}");
         let without_namespace = text.replacen("http://www.w3.org/2000/svg", "", 1);
         for word in ["<script", "href", "url(", "http", "@import", "NaN", "inf"] {
             assert!(!without_namespace.contains(word), "{name}: {word}");

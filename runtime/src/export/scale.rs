@@ -74,7 +74,7 @@ impl Scale {
         ticks
     }
 
-    /// The ticks that matter the most where not all labels have room: those of the limits, or of zero.
+    /// Whether a tick goes before others where not all labels have room: the ends, and the limits or zero.
     #[must_use]
     pub fn is_main(&self, tick: f64) -> bool {
         tick.abs() == self.end || self.tolerance.map_or(tick == 0.0, |t| tick == t.lower || tick == t.upper)

@@ -62,13 +62,13 @@ impl Views {
     pub fn new(measurement: &Measurement, scan: &TriangleMesh, turned: &[[f64; 3]; 3], scale: &Scale) -> Self {
         let Measurement { tessellation, deviations, unmatched, .. } = measurement;
         let colours = DeviationColours::new(deviations, scale);
-        let model = Layer { mesh: &tessellation.mesh, paint: Paint::Deviations(&colours), opacity: 1.0 };
-        let nominal = Layer { paint: Paint::Plain(NOMINAL_COLOUR), ..model };
+        let coloured = Layer { mesh: &tessellation.mesh, paint: Paint::Deviations(&colours), opacity: 1.0 };
+        let nominal = Layer { paint: Paint::Plain(NOMINAL_COLOUR), ..coloured };
         let clay = Layer { mesh: scan, paint: Paint::Plain(SCAN_COLOUR), opacity: 1.0 };
         let unmatched = Layer { mesh: unmatched, paint: Paint::Plain(UNMATCHED_COLOUR), opacity: 1.0 };
         let sides = SIDES.iter().map(|(_, view)| view.of_turned(turned));
         let views: Vec<View> = sides.chain([render::cut_open(&tessellation.mesh, turned)]).collect();
-        let rows: [&[Layer<'_>]; 3] = [&[clay, unmatched], &[model], &[model, Layer { opacity: 0.5, ..clay }]];
+        let rows: [&[Layer<'_>]; 3] = [&[clay, unmatched], &[coloured], &[coloured, Layer { opacity: 0.5, ..clay }]];
         let (mut pictures, pixels) = render::pictures(&rows, &views, SIZE);
         for (i, picture) in pictures.iter_mut().enumerate() {
             render::name(picture, CAPTIONS[i % CAPTIONS.len()]);
@@ -90,10 +90,11 @@ impl Views {
         let of_row = |(row, key): (&[Picture], Picture)| row.iter().cloned().chain([key]).collect::<Vec<_>>();
         let cells: Vec<Picture> = pictures.chunks(CAPTIONS.len()).zip(keys).flat_map(of_row).collect();
         let sheet = Picture::sheet(&cells, COLUMNS);
-        let both = pictures.split_off(CAPTIONS.len());
-        let layers: [&[Layer<'_>]; 3] = [&[clay, unmatched], &[nominal], &[model]];
+        pictures.truncate(2 * CAPTIONS.len());
+        let model = pictures.split_off(CAPTIONS.len());
+        let layers: [&[Layer<'_>]; 3] = [&[clay, unmatched], &[nominal], &[coloured]];
         let overview = overview(&layers, &views[0], measurement, scale);
-        Self { scan: pictures, model: both.into_iter().take(CAPTIONS.len()).collect(), sheet, overview }
+        Self { scan: pictures, model, sheet, overview }
     }
 }
 

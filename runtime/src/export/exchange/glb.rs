@@ -40,6 +40,7 @@ pub(super) fn write(out: &mut dyn Write, surface: &MeasuredSurface, parts: &[Str
         "name": "model", "rotation": Z_TO_Y, "translation": placed.to_array(), "children": children,
         "extras": {
             "unit": "m", "unit_of_distances": "mm", "distances": distances(), "colour_range_mm": surface.scale.end,
+            "neutral_mm": surface.scale.tolerance.map(|t| [t.lower, t.upper]),
             "frame": "below this node x, y and z are those of the scan's frame, less its translation; z of the scan is up",
         },
     });

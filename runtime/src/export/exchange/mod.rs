@@ -1,5 +1,5 @@
-//! Files that other tools read: deviations as PLY and VTP (at the model's points and at the scan's) and as GLB, tables as
-//! CSV, and drawings as SVG. docs/output.md describes them.
+//! Files that other tools read: deviations as PLY and VTP (at the model's points and at the scan's) and as GLB, tables
+//! as CSV, and drawings as SVG. docs/output.md describes them.
 
 mod csv;
 mod glb;
@@ -49,8 +49,8 @@ pub enum Format {
     Svg,
 }
 
-/// Writes the files of some formats into a folder, which must exist, but for drawings ([`write_drawings`]). `parameters`
-/// are the rows of the table of parameters, which is not written where there are none.
+/// Writes the files of some formats into a folder, which must exist, but for drawings ([`write_drawings`]).
+/// `parameters` are the rows of the table of parameters, which is not written where there are none.
 ///
 /// # Errors
 /// If a file cannot be written; or the surface is too large for GLB, which holds at most 4 GiB.

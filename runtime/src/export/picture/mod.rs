@@ -43,7 +43,7 @@ impl Picture {
         }
     }
 
-    /// A smaller picture: the mean of every `factor` x `factor` pixels. Rows and columns that are left over are cut off.
+    /// A smaller picture: the mean of every `factor` x `factor` pixels. Rows and columns that are left over are cut.
     #[must_use]
     pub fn reduced(&self, factor: usize) -> Picture {
         let factor = factor.max(1);

@@ -17,6 +17,9 @@ const BETTER: f64 = 1.02;
 /// the centre of gravity is by so much of the model's size beside the axis.
 const ASIDE: f64 = 0.01;
 
+/// The number of parts whose axes are tried, the largest ones: each is held against all of the surface.
+const TRIED: usize = 16;
+
 /// The height of the eye above the plane's normal.
 const ELEVATION: f64 = 0.35;
 
@@ -37,18 +40,19 @@ type Axis = (DVec3, DVec3);
 pub fn cut_open(mesh: &TriangleMesh, turned: &[[f64; 3]; 3]) -> View {
     let own = DMat3::from_cols_array_2d(turned).transpose();
     let size = mesh.bounds().diagonal().max(f64::MIN_POSITIVE);
-    let groups: Vec<Vec<Face>> = match mesh.groups.as_slice() {
+    let mut groups: Vec<Vec<Face>> = match mesh.groups.as_slice() {
         [] => vec![faces(mesh, &mesh.triangles)],
         groups => groups.iter().map(|g| faces(mesh, mesh.triangles.get(g.start..g.end).unwrap_or_default())).collect(),
     };
+    groups.sort_by(|a, b| area_of(b).total_cmp(&area_of(a)));
     let all = || groups.iter().flatten();
-    let area: f64 = all().map(|face| face.area).sum();
+    let area: f64 = groups.iter().map(|group| area_of(group)).sum();
     let bounds: Bounds = mesh.positions.iter().map(|p| own.transpose() * DVec3::from_array(*p)).collect();
     let middle = own * bounds.centre();
     let mut axis: Axis = (middle, own * DVec3::Z);
     let about = |axis: &Axis| all().filter(|face| is_about(face, axis)).map(|face| face.area).sum::<f64>();
     let mut most = about(&axis);
-    for candidate in groups.iter().filter_map(|group| axis_of(group)) {
+    for candidate in groups.iter().take(TRIED).filter_map(|group| axis_of(group)) {
         let share = about(&candidate);
         if share > BETTER * most && share > 0.5 * area {
             (axis, most) = (candidate, share);
@@ -80,6 +84,10 @@ fn faces(mesh: &TriangleMesh, triangles: &[[u32; 3]]) -> Vec<Face> {
     triangles.iter().filter(|t| t.iter().all(is_finite)).filter_map(face).collect()
 }
 
+fn area_of(faces: &[Face]) -> f64 {
+    faces.iter().map(|face| face.area).sum()
+}
+
 /// Whether a face may belong to a surface of revolution about an axis: its normal meets the axis.
 fn is_about(face: &Face, (through, along): &Axis) -> bool {
     let round = along.cross(face.place - *through);
@@ -90,7 +98,7 @@ fn is_about(face: &Face, (through, along): &Axis) -> bool {
 /// least components along the normals (Pottmann and Wallner, 'Computational Line Geometry', 2001). None without
 /// surface. It is any line of a sphere through its centre, and that through the middle of a disc.
 fn axis_of(faces: &[Face]) -> Option<Axis> {
-    let area: f64 = faces.iter().map(|face| face.area).sum();
+    let area = area_of(faces);
     if area <= 0.0 {
         return None;
     }
