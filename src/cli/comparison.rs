@@ -263,8 +263,8 @@ pub(crate) struct VarianceControls {
     /// Draw a map for every parameter: how far the surface moves along its normal per unit of it (sensitivity-NAME.png)
     #[arg(long)]
     pub(crate) sensitivities: bool,
-    /// Where the colour scale of pictures ends, either way [default: at three times the tolerance if all parts that have
-    /// one share it, otherwise at the robust range of the deviations]
+    /// Where the colour scale of pictures ends, either way [default: at three times the tolerance if all parts that
+    /// have one share it, otherwise at the robust range of the deviations]
     #[arg(long, value_name = "LENGTH", value_parser = values::positive_length)]
     pub(crate) scale: Option<f64>,
     /// Also write the signed distances as OpenEXR (distance.exr)

@@ -245,7 +245,7 @@ mod tests {
         for colour in [NO_DATA, NO_DATA_DARK, BURIED] {
             assert!(count(colour) > 50, "{colour:?}: {}", count(colour));
         }
-        // A quarter of the bar is 78 pixels wide, one of which is a gap; the bars are 72 pixels and a quarter of them high.
+        // A quarter of the bar is 78 pixels wide, one of which is a gap; the bars are 72 and 18 pixels high.
         assert_eq!(count(Theme::DARK.bars), 77 * (72 + 18));
         let without = Legend { ticks: &legend.ticks[..2], ..legend }.draw(400, 2, &Theme::DARK);
         let ink = |picture: &crate::export::picture::Picture| {
