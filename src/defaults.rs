@@ -41,6 +41,8 @@ const MEASUREMENT: &[&str] = &[
     "resolution",
     "device",
     "sensitivities",
+    "scale",
+    "scene",
     "exr",
     "points",
 ];

@@ -78,8 +78,8 @@ pub(crate) fn require_memory(controls: &VarianceControls, scan: &Scan) -> Result
 
 /// The files that the command line asks for. A table of parameters has no rows yet.
 pub(crate) fn extras(controls: &VarianceControls) -> Extras {
-    let VarianceControls { exr, points, export, .. } = controls;
-    Extras { exr: *exr, points: *points, formats: export.clone(), parameters: Vec::new() }
+    let VarianceControls { exr, points, export, scale, scene, .. } = controls;
+    Extras { exr: *exr, points: *points, formats: export.clone(), parameters: Vec::new(), scale: *scale, scene: *scene }
 }
 
 impl From<MeasureError> for CommandError {

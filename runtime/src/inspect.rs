@@ -1,10 +1,10 @@
 //! The whole workflow of the paper: fit a model to a scan, measure the deviations, document both.
 
-use crate::export::exchange::ParameterRow;
+use crate::export::exchange::{self, Format, ParameterRow};
 use crate::export::measurement::{self, DocumentError, Extras, Textures, png};
-use crate::export::picture::Picture;
-use crate::export::render::{self, DeviationColours, Layer, Paint, View};
 use crate::export::report::{self, Figure, Report, Scripts, file_name};
+use crate::export::svg::SectionDrawing;
+use crate::export::views::{CAPTIONS, OVERVIEW, VIEWS, Views};
 use crate::export::x3d::{self, X3dScene, metadata};
 use crate::export::{atomic, json, number, palette};
 use crate::fit::{self, AllowedDeviation, FitError, FitOptions, FitResult, FittedMeasure};
@@ -17,23 +17,6 @@ use crate::variance::{
 };
 use std::path::Path;
 use thiserror::Error;
-
-/// Colour of the scan in pictures: clay.
-const SCAN_COLOUR: [u8; 3] = [198, 190, 178];
-
-/// Colour of the triangles of the scan that the model does not explain: magenta.
-const UNMATCHED_COLOUR: [u8; 3] = [196, 60, 160];
-
-/// The sides from which pictures are drawn.
-const SIDES: [(&str, View); 4] = [
-    ("From the front", View::FRONT),
-    ("From the back", View::BACK),
-    ("From above", View::TOP),
-    ("Cut open", View::INSIDE),
-];
-
-/// Side of one view in pixels.
-const VIEW_SIZE: usize = 440;
 
 /// A fit and the deviations from the fitted model.
 #[derive(Clone, Debug)]
@@ -120,7 +103,8 @@ impl Inspection {
     }
 
     /// Writes all documents into a folder, which must exist: fit.json, those of
-    /// [`measurement::write`](crate::export::measurement::write()), views.png, model.x3d and report.html.
+    /// [`measurement::write`](crate::export::measurement::write()), views.png,
+    /// overview.png, model.x3d and report.html.
     ///
     /// # Errors
     /// If a file cannot be written.
@@ -147,8 +131,9 @@ impl Inspection {
 }
 
 impl Documents<'_> {
-    /// Writes the documents of [`measurement::write`](crate::export::measurement::write()), views.png, model.x3d and
-    /// report.html into a folder, which must exist. The parameters of `extras`, if it has none, are those of the fit.
+    /// Writes the documents of [`measurement::write`](crate::export::measurement::write()), views.png,
+    /// overview.png, model.x3d, report.html and drawings into a folder, which must exist. The parameters of `extras`,
+    /// if it has none, are those of the fit.
     ///
     /// # Errors
     /// If a file cannot be written.
@@ -169,30 +154,22 @@ impl Documents<'_> {
         if progress.cancelled() {
             return Err(DocumentError::Interrupted);
         }
-        let views = self.views(scan, textures.colour_range);
+        let views = Views::new(self.measurement, &scan.mesh, &self.upright.rotation, &textures.scale);
         progress.report("writing", f64::NAN, "model.x3d, report.html");
         let title = format!("{} compared with {}", self.name, file_name(&scan.source.path));
+        if extras.formats.contains(&Format::Svg) {
+            let (measurement, turned) = (self.measurement, self.upright.rotation);
+            let drawing =
+                SectionDrawing { title: &title, measurement, scan: &scan.mesh, turned, scale: &textures.scale };
+            exchange::write_drawings(folder, &drawing)?;
+        }
         let scene = self.scene(&title, scan, &textures)?;
         let report = self.report(&title, scan, &textures, &views)?;
-        atomic::write(&folder.join("views.png"), &png(&Picture::sheet(&views, SIDES.len()))?)?;
-        atomic::write(&folder.join("model.x3d"), scene.as_bytes())?;
+        atomic::write(&folder.join(VIEWS), &png(&views.sheet)?)?;
+        atomic::write(&folder.join(OVERVIEW), &palette::png(&views.overview)?)?;
+        extras.scene.write(folder, &scene)?;
         atomic::write(&folder.join("report.html"), report.as_bytes())?;
         Ok(())
-    }
-
-    /// Pictures of the scan, with the triangles that the model does not explain in a colour of their own, then of the
-    /// model in the colours of its deviations, then of both; each from all sides. A scale bar is in the first of each.
-    fn views(&self, scan: &Scan, colour_range: f64) -> Vec<Picture> {
-        let Measurement { tessellation, deviations, unmatched, .. } = self.measurement;
-        let colours = DeviationColours::new(deviations, colour_range);
-        let model = Layer { mesh: &tessellation.mesh, paint: Paint::Deviations(&colours), opacity: 1.0 };
-        let clay = Layer { mesh: &scan.mesh, paint: Paint::Plain(SCAN_COLOUR), opacity: 1.0 };
-        let unmatched = Layer { mesh: unmatched, paint: Paint::Plain(UNMATCHED_COLOUR), opacity: 1.0 };
-        let rows: [&[Layer<'_>]; 3] = [&[clay, unmatched], &[model], &[model, Layer { opacity: 0.5, ..clay }]];
-        let views = SIDES.map(|(_, view)| view.of_turned(&self.upright.rotation));
-        let (mut pictures, scale) = render::pictures(&rows, &views, VIEW_SIZE);
-        pictures.iter_mut().step_by(SIDES.len()).for_each(|first| render::bar(first, scale));
-        pictures
     }
 
     fn scene(&self, title: &str, scan: &Scan, textures: &Textures) -> Result<String, DocumentError> {
@@ -201,25 +178,18 @@ impl Documents<'_> {
             tessellation: displayed.as_ref().unwrap_or(tessellation),
             deviations,
             scan: &scan.mesh,
-            colour_range: textures.colour_range,
+            scale: textures.scale,
             turned: self.upright.rotation,
             title,
             metadata: &metadata(self.fit, &self.measurement.report),
         })?)
     }
 
-    fn report(
-        &self,
-        title: &str,
-        scan: &Scan,
-        textures: &Textures,
-        views: &[Picture],
-    ) -> Result<String, DocumentError> {
-        let sides = SIDES.len();
-        let scanned = views[..sides].iter().map(palette::png).collect::<Result<Vec<_>, _>>()?;
-        let model = views[sides..2 * sides].iter().map(palette::png).collect::<Result<Vec<_>, _>>()?;
+    fn report(&self, title: &str, scan: &Scan, textures: &Textures, views: &Views) -> Result<String, DocumentError> {
+        let scanned = views.scan.iter().map(palette::png).collect::<Result<Vec<_>, _>>()?;
+        let model = views.model.iter().map(palette::png).collect::<Result<Vec<_>, _>>()?;
         fn figures(files: &[Vec<u8>]) -> Vec<Figure<'_>> {
-            files.iter().zip(&SIDES).map(|(png, (caption, _))| Figure { caption, png }).collect()
+            files.iter().zip(CAPTIONS).map(|(png, caption)| Figure { caption, png }).collect()
         }
         let heading = format!(
             "Scan (in magenta what is farther than {} mm from the model, or faces another way)",
@@ -237,7 +207,7 @@ impl Documents<'_> {
             tessellation: &self.measurement.tessellation,
             turned: self.upright.rotation,
             conformance_png: textures.conformance.as_deref(),
-            colour_range: textures.colour_range,
+            scale: &textures.scale,
             picture: model.first().copied(),
             pictures: &[("Model in the colours of its deviations", &model[1..]), (&heading, &scanned)],
         }))

@@ -4,6 +4,7 @@ use super::{CompileArgs, ResultArgs, ScriptArgs, ValueArgs};
 use crate::values::{self, Choice, Range};
 use clap::{Args, ValueEnum};
 use gml_runtime::export::exchange;
+use gml_runtime::export::x3d::SceneFormat;
 use gml_runtime::fit::{LossKind, Weights};
 use gml_runtime::scan::Unit;
 use gml_runtime::variance::{DecisionRule, Device, DistanceKind, Matching, Resolution, Tolerance};
@@ -170,7 +171,12 @@ const MATCHINGS: [Choice<Matching>; 2] = [
     Choice { name: "all", help: "All that are met, as in the paper", value: Matching::All },
 ];
 
-const EXPORTS: [Choice<exchange::Format>; 4] = [
+const SCENES: [Choice<SceneFormat>; 2] = [
+    Choice { name: "x3d", help: "model.x3d: XML, which people can read", value: SceneFormat::X3d },
+    Choice { name: "x3dz", help: "model.x3dz: the same, compressed to half of it", value: SceneFormat::X3dz },
+];
+
+const EXPORTS: [Choice<exchange::Format>; 5] = [
     Choice {
         name: "ply",
         help: "deviations.ply and points.ply: distance, part and class at the model's points and at the scan's",
@@ -190,6 +196,11 @@ const EXPORTS: [Choice<exchange::Format>; 4] = [
         name: "csv",
         help: "parts.csv, parameters.csv and labels.csv, for spreadsheets",
         value: exchange::Format::Csv,
+    },
+    Choice {
+        name: "svg",
+        help: "legend.svg, histogram.svg and section.svg: drawings for documents",
+        value: exchange::Format::Svg,
     },
 ];
 
@@ -258,6 +269,10 @@ pub(crate) struct VarianceControls {
     /// Draw a map for every parameter: how far the surface moves along its normal per unit of it (sensitivity-NAME.png)
     #[arg(long)]
     pub(crate) sensitivities: bool,
+    /// Where the colour scale of pictures ends, either way [default: at three times the tolerance if all parts that
+    /// have one share it, otherwise at the robust range of the deviations]
+    #[arg(long, value_name = "LENGTH", value_parser = values::positive_length)]
+    pub(crate) scale: Option<f64>,
     /// Also write the signed distances as OpenEXR (distance.exr)
     #[arg(long)]
     pub(crate) exr: bool,
@@ -265,6 +280,9 @@ pub(crate) struct VarianceControls {
     /// (points.ply, with scalars that CloudCompare shows)
     #[arg(long)]
     pub(crate) points: bool,
+    /// Format of the scene
+    #[arg(long, value_name = "FORMAT", default_value = "x3d", value_parser = values::one_of(&SCENES))]
+    pub(crate) scene: SceneFormat,
     /// Also write files for other tools, such as vtp,csv (may be repeated)
     #[arg(long, value_name = "FORMAT", value_delimiter = ',', value_parser = values::one_of(&EXPORTS))]
     pub(crate) export: Vec<exchange::Format>,

@@ -191,6 +191,10 @@ fn the_report_works_in_a_browser() {
         assert!((0.0..=1.0).contains(&number("u = ")) && text.contains("can.gml:"), "{text}");
     }
     assert!(browser.value(labels).as_u64() > Some(peaks as u64), "what is picked is labelled");
+    // The page's scale is that of the pictures: three times the tolerance, and steps of half of it beyond.
+    let places = "[0, 0.1, 0.12, 0.2, 0.29, 0.5, -0.12].map(d => placeOnScale(d, scene))";
+    assert_eq!(browser.value(places), json!([0, 0, 0.25, 0.5, 1, 1, -0.25]));
+    assert_eq!(browser.value("['bands', 'neutral'].every(id => document.getElementById(id).checked)"), json!(true));
     let parts = browser.value("document.querySelectorAll('#parts input').length");
     assert_eq!(parts.as_u64(), Some(scene["parts"].as_array().expect("parts").len() as u64));
 

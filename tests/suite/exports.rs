@@ -1,6 +1,6 @@
 //! Files for other tools: `--export`, and the meshes of `gmlc mesh`.
 
-use crate::support::{example, fails, gmlc, json};
+use crate::support::{example, fails, gmlc, gmlc_in, json};
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
 use tempfile::{TempDir, tempdir};
@@ -58,7 +58,7 @@ fn count(header: &str, element: &str) -> usize {
 fn deviations_are_written_for_other_tools() {
     let folder = folder();
     let at = folder.path();
-    gmlc(at, &[&MEASURE[..], &["--export", "ply,vtp", "--export", "glb,csv", "-o", "out"]].concat());
+    gmlc(at, &[&MEASURE[..], &["--export", "ply,vtp", "--export", "glb,csv,svg", "-o", "out"]].concat());
     let (header, body) = ply(&at.join("out/deviations.ply"));
     let (vertices, record) = (count(&header, "vertex"), 24 + 12 + 3 + 12 + 4 + 1);
     assert_eq!(body.len(), vertices * record + count(&header, "face") * 13);
@@ -101,7 +101,7 @@ fn deviations_are_written_for_other_tools() {
     let [r, h] = &parameters[..] else { panic!("{parameters:?}") };
     assert_eq!((r["parameter"].as_str(), r["value"].as_str(), r["unit"].as_str()), ("r", "20", "mm"));
     assert_eq!((h["value"].as_str(), h["sd"].as_str(), h["without_sd"].as_str()), ("50", "", "not fitted"));
-    assert_eq!(std::fs::read_dir(at.join("out")).expect("a folder").count(), 17, "with nine that are always written");
+    assert_eq!(std::fs::read_dir(at.join("out")).expect("a folder").count(), 21, "with ten that are always written");
 
     // They are files of that result, and go with it.
     std::fs::write(at.join("out/notes.csv"), "mine").expect("written");
@@ -114,6 +114,9 @@ fn deviations_are_written_for_other_tools() {
         "parts.csv",
         "parameters.csv",
         "labels.csv",
+        "legend.svg",
+        "histogram.svg",
+        "section.svg",
     ] {
         assert!(!at.join("out").join(name).exists(), "{name}");
     }
@@ -251,4 +254,63 @@ fn edges_keep_the_normals_of_both_sides() {
         }
     }
     assert!(rim > 20, "{rim} places on the rim");
+}
+
+/// The scale of colours follows a tolerance that all parts with one share, or is the user's, and is recorded.
+#[test]
+fn the_colour_scale_follows_the_tolerance_or_the_user() {
+    let folder = folder();
+    let at = folder.path();
+    let end = |options: &[&str], out: &str| {
+        gmlc_in(at, &[&MEASURE[..], &["--export", "ply", "-q", "-o", out], options].concat());
+        let (header, _) = ply(&at.join(out).join("deviations.ply"));
+        header.split_once("colours end at ").expect("the scale").1.lines().next().expect("a line").to_owned()
+    };
+    // All but the base, an eighth of the area, is off by 1 mm, less the chords of the scan: the next step is 1.
+    assert_eq!(end(&[], "robust"), "1 mm");
+    assert_eq!(
+        end(&["--tolerance", "+0.5/-0.25mm"], "followed"),
+        "1.5 mm, are neutral from -0.25 to 0.5 mm, and have 4 steps beyond"
+    );
+    assert_eq!(end(&["--scale", "0.025cm"], "given"), "0.25 mm");
+    assert_eq!(
+        end(&["--scale", "2mm", "--tolerance", "0.5mm"], "both"),
+        "2 mm, are neutral from -0.5 to 0.5 mm, and have 4 steps beyond"
+    );
+    let settings = json(&at.join("given/variance.json"))["provenance"]["settings"].clone();
+    let scale = settings.as_array().expect("settings").iter().find(|setting| setting["name"] == "scale");
+    assert_eq!(scale.expect("the scale")["values"][0], "0.025cm");
+    std::fs::write(at.join("gmlc.toml"), "[variance]\nscale = \"0.3mm\"\n").expect("written");
+    assert_eq!(end(&[], "set"), "0.3 mm");
+    for (wrong, said) in [("0mm", "is not above zero"), ("-1mm", "is below zero"), ("inf", "mm"), ("3", "unit")] {
+        let error = fails(at, &[&MEASURE[..], &[&format!("--scale={wrong}"), "-o", "out"]].concat(), 2);
+        assert!(error.contains("--scale") && error.contains(said), "{wrong}: {error}");
+    }
+}
+
+/// Drawings are XML without scripts and requests, whatever the files are called.
+#[test]
+fn drawings_are_valid_and_load_nothing() {
+    let folder = folder();
+    let at = folder.path();
+    std::fs::rename(at.join("scan.ply"), at.join("a&b <i>.ply")).expect("renamed");
+    let args: Vec<&str> = MEASURE.iter().map(|word| if *word == "scan.ply" { "a&b <i>.ply" } else { *word }).collect();
+    gmlc(at, &[&args[..], &["--export", "svg", "-o", "out"]].concat());
+    for name in ["legend.svg", "histogram.svg", "section.svg"] {
+        let path = at.join("out").join(name);
+        let text = std::fs::read_to_string(&path).expect("text");
+        assert!(text.contains("<title>can compared with a&amp;b &lt;i&gt;.ply: "), "{name}: {text}");
+        assert!(text.contains("mm") && text.ends_with("</svg>\n"), "{name}");
+        let without_namespace = text.replacen("http://www.w3.org/2000/svg", "", 1);
+        for word in ["<script", "href", "url(", "http", "@import", "NaN", "inf"] {
+            assert!(!without_namespace.contains(word), "{name}: {word}");
+        }
+        if let Ok(checked) = std::process::Command::new("xmllint").args(["--nonet", "--noout"]).arg(&path).output() {
+            assert!(checked.status.success(), "{name}: {}", String::from_utf8_lossy(&checked.stderr));
+        }
+    }
+    // The can is cut along its axis: a rectangle of 40 x 50 mm, drawn 520 units high, with whiskers of about 1 mm.
+    let section = std::fs::read_to_string(at.join("out/section.svg")).expect("text");
+    assert!(section.contains("viewBox=\"0 0 860 ") && section.contains("times as long"), "{section}");
+    assert!(section.contains("stroke=\"#1d2127\"") && section.contains("<g transform"), "{section}");
 }

@@ -5,7 +5,8 @@ use std::path::Path;
 use tempfile::tempdir;
 
 /// Every document that inspect writes.
-const DOCUMENTS: [&str; 10] = [
+const DOCUMENTS: [&str; 11] = [
+    "overview.png",
     "significant.png",
     "unmatched.ply",
     "fit.json",

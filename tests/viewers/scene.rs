@@ -6,6 +6,7 @@ use gml_runtime::export::measurement;
 use gml_runtime::export::picture::Picture;
 use gml_runtime::export::render::{self, DeviationColours, Layer, Paint, View};
 use gml_runtime::export::report::{self, Figure, Report, Scripts};
+use gml_runtime::export::scale::Scale;
 use gml_runtime::export::x3d::{self, MetadataGroup, X3dScene};
 use gml_runtime::mesh::{Group, TriangleMesh};
 use gml_runtime::model::{Motion, SurfacePoint, Tessellation, Texels};
@@ -43,7 +44,7 @@ fn a_scene_of_known_appearance() {
         tessellation: &tessellation,
         deviations: &deviations,
         scan: &tessellation.mesh,
-        colour_range: COLOUR_RANGE,
+        scale: Scale::continuous(COLOUR_RANGE),
         turned: Motion::IDENTITY.rotation,
         title: "A cylinder with a bump & a dent",
         metadata: &[MetadataGroup { name: "wall".into(), entries: vec![("mean".into(), "0.25 mm".into())] }],
@@ -52,7 +53,8 @@ fn a_scene_of_known_appearance() {
     write("scene.x3d", x3d::write(&scene).expect("a scene").as_bytes());
 
     let mut views = Vec::new();
-    let colours = DeviationColours::new(&deviations, COLOUR_RANGE);
+    let scale = Scale::continuous(COLOUR_RANGE);
+    let colours = DeviationColours::new(&deviations, &scale);
     let layer = Layer { mesh: &tessellation.mesh, paint: Paint::Deviations(&colours), opacity: 1.0 };
     for (name, view) in [("front", View::FRONT), ("back", View::BACK), ("top", View::TOP), ("inside", View::INSIDE)] {
         let picture = render::render(&[layer], &view, WIDTH, HEIGHT_IN_PIXELS);
@@ -75,7 +77,7 @@ fn a_scene_of_known_appearance() {
         tessellation: &tessellation,
         turned: Motion::IDENTITY.rotation,
         conformance_png: None,
-        colour_range: COLOUR_RANGE,
+        scale: &scale,
         picture: views.first().map(|(caption, png)| Figure { caption, png }),
         pictures: &[("Deviations", &views.iter().map(|(caption, png)| Figure { caption, png }).collect::<Vec<_>>())],
     });

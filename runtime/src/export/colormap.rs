@@ -1,9 +1,14 @@
 //! The colour scale of deviations.
 
+use super::scale::Scale;
 use crate::variance::{Class, Deviations};
 
-/// The colour of a texel without data: a grey that the scale does not contain.
+/// The colour of what has no data: a grey that the scale does not contain. Pictures have stripes of it and of
+/// `NO_DATA_DARK`, since light makes a pale colour of the scale as grey.
 pub const NO_DATA: [u8; 3] = [128, 128, 128];
+
+/// The darker stripes of what has no data.
+pub const NO_DATA_DARK: [u8; 3] = [70, 70, 70];
 
 /// The colour of surface inside of the model's own material.
 pub const BURIED: [u8; 3] = [84, 84, 84];
@@ -39,23 +44,28 @@ pub fn diverging(x: f64) -> [u8; 3] {
     [0, 1, 2].map(|k| mix(k).round() as u8)
 }
 
-/// The sRGB colour of a texel whose deviation is drawn as `drawn` millimetres on a scale that ends at `end`; that of
-/// its class if it has no distance.
+/// The colour of a pixel without data: diagonal stripes, a half of `period` pixels wide each.
 #[must_use]
-pub fn texel_colour(deviations: &Deviations, i: usize, drawn: f64, end: f64) -> [u8; 3] {
+pub fn stripes(x: usize, y: usize, period: usize) -> [u8; 3] {
+    if (x + y) % period.max(2) < period.max(2) / 2 { NO_DATA } else { NO_DATA_DARK }
+}
+
+/// The sRGB colour of a texel whose deviation is drawn as `drawn` millimetres; that of its class if it has no distance.
+#[must_use]
+pub fn texel_colour(deviations: &Deviations, i: usize, drawn: f64, scale: &Scale) -> [u8; 3] {
     match deviations.class(i) {
         Class::Buried => BURIED,
         Class::Filled => FILLED,
         Class::Contradicted => CONTRADICTED,
         Class::Ambiguous => AMBIGUOUS,
         Class::NoData => NO_DATA,
-        Class::Measured | Class::Beyond | Class::FacingAway => diverging(drawn / end),
+        Class::Measured | Class::Beyond | Class::FacingAway => scale.colour(drawn),
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{AMBIGUOUS, CONTRADICTED, NO_DATA, diverging};
+    use super::{AMBIGUOUS, CONTRADICTED, NO_DATA, NO_DATA_DARK, diverging, stripes};
 
     /// CIE lightness L* of an sRGB colour.
     fn lightness(rgb: [u8; 3]) -> f64 {
@@ -76,6 +86,13 @@ mod tests {
             }
             assert!((lightness(diverging(a)) - lightness(diverging(-a))).abs() < 6.0);
         }
+    }
+
+    #[test]
+    fn stripes_are_diagonal_and_of_two_tones() {
+        let row = |y: usize| (0..8).map(|x| stripes(x, y, 4)).collect::<Vec<_>>();
+        assert_eq!(row(0), [[NO_DATA; 2], [NO_DATA_DARK; 2]].concat().repeat(2));
+        assert_eq!(row(0)[1..], row(1)[..7]);
     }
 
     #[test]

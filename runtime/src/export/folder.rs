@@ -9,12 +9,14 @@
 use super::atomic::{self, WriteError, without_path};
 use super::begun;
 use super::lock::locked;
+use super::views::{OVERVIEW, VIEWS};
+use super::x3d::SceneFormat;
 use std::fs::{self, File};
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 /// The files of a result, by name; and those of maps of parameters, which begin and end so.
-const FILES: [&str; 23] = [
+const FILES: [&str; 28] = [
     "colours.png",
     "conformance.png",
     "conformance.tif",
@@ -26,18 +28,23 @@ const FILES: [&str; 23] = [
     "distance.tif",
     "filled.ply",
     FIT,
-    "model.x3d",
+    "histogram.svg",
+    "legend.svg",
+    SceneFormat::X3d.file(),
+    SceneFormat::X3dz.file(),
+    OVERVIEW,
     "parameters.csv",
     "parts.csv",
     "labels.csv",
     "points.ply",
     "points.vtp",
     REPORT,
+    "section.svg",
     "significant.png",
     UNFINISHED,
     "unmatched.ply",
     FIGURES,
-    "views.png",
+    VIEWS,
 ];
 const MAPS: (&str, &str) = ("sensitivity-", ".png");
 

@@ -5,7 +5,10 @@ use super::exchange::{self, Format, ParameterRow};
 use super::image::{self, ImageError};
 use super::json;
 use super::mesh::{self, MeshFormat};
+use super::palette;
 use super::picture::{self, Picture};
+use super::scale::Scale;
+use super::x3d::SceneFormat;
 use crate::variance::{DistanceTexture, Measurement, SIGN_CONVENTION, signed_distances};
 use std::path::Path;
 use thiserror::Error;
@@ -36,19 +39,13 @@ pub enum DocumentError {
 /// PNG files of a measurement that other documents contain.
 #[derive(Clone, Debug)]
 pub struct Textures {
-    /// Width and height of the coded texture.
-    pub size: [u32; 2],
-    /// The distances as the paper codes them.
-    pub coded: Vec<u8>,
-    /// The texture in the colours of the deviations.
-    pub colours: Vec<u8>,
-    /// The probability of conformance in colours, if a part has a tolerance.
+    /// The probability of conformance in colours, in few pixels, if a part has a tolerance.
     pub conformance: Option<Vec<u8>>,
-    /// Deviation at which the colour scale ends. Millimetres.
-    pub colour_range: f64,
+    /// The colour scale.
+    pub scale: Scale,
 }
 
-/// Files that are written if they are asked for.
+/// Files that are written if they are asked for, and how pictures are drawn.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Extras {
     /// The distances at the texels as OpenEXR.
@@ -59,6 +56,10 @@ pub struct Extras {
     pub formats: Vec<Format>,
     /// The rows of the table of parameters, which is among these files; empty where there are no parameters.
     pub parameters: Vec<ParameterRow>,
+    /// Where the colour scale ends, in millimetres; if there is none, [`Scale::new`] finds it.
+    pub scale: Option<f64>,
+    /// How the X3D scene is encoded.
+    pub scene: SceneFormat,
 }
 
 /// Writes variance.json, the distances (coded and lossless), pictures, the meshes of what is unmatched and filled, and
@@ -70,7 +71,7 @@ pub fn write(folder: &Path, measurement: &Measurement, extras: &Extras) -> Resul
     let Measurement { deviations, report, .. } = measurement;
     let texture = DistanceTexture::new(deviations);
     let (width, height) = (texture.width, texture.height);
-    let colour_range = picture::scale_end(&report.overall, deviations.max_distance);
+    let scale = Scale::new(report, extras.scale);
     let description = format!("signed distance in mm; {SIGN_CONVENTION}");
     let distances = signed_distances(deviations);
     let notes = [(
@@ -78,9 +79,9 @@ pub fn write(folder: &Path, measurement: &Measurement, extras: &Extras) -> Resul
         "R, G: distance along +normal and -normal, 255 = maximum; B: 128 hit along +, 64 along -; without either 32 a filled hole, 16 buried, 8 empty space, 4 ambiguous",
     )];
     let coded = image::png_rgb(width, height, &texture.rgb, &notes)?;
-    let colours = png(&picture::deviation_picture(deviations, colour_range))?;
+    let colours = png(&picture::deviation_picture(deviations, &scale))?;
     let levels: Vec<f64> = report.parts.iter().map(|p| p.detection.map_or(0.0, |d| d.level)).collect();
-    let significant = png(&picture::significance_picture(deviations, colour_range, &levels))?;
+    let significant = png(&picture::significance_picture(deviations, &scale, &levels))?;
     let tiff = image::tiff_f32(width, height, &distances, &description)?;
     let mut files = vec![
         ("distance.png", &coded),
@@ -108,13 +109,14 @@ pub fn write(folder: &Path, measurement: &Measurement, extras: &Extras) -> Resul
             atomic::write(&folder.join(&range.picture), &picture)?;
         }
     }
-    exchange::write(folder, measurement, &extras.formats, colour_range, &extras.parameters)?;
+    exchange::write(folder, measurement, &extras.formats, &scale, &extras.parameters)?;
     let conformance = write_conformance(folder, measurement)?;
     json::write(&folder.join("variance.json"), report)?;
-    Ok(Textures { size: [width, height], coded, colours, conformance, colour_range })
+    Ok(Textures { conformance, scale })
 }
 
-/// Writes the probability of conformance as a picture and without loss, if a part has a tolerance. Returns the picture.
+/// Writes the probability of conformance as a picture and without loss, if a part has a tolerance. Returns the picture
+/// for a page.
 fn write_conformance(folder: &Path, measurement: &Measurement) -> Result<Option<Vec<u8>>, DocumentError> {
     let Measurement { deviations, conformance: Some(map), .. } = measurement else { return Ok(None) };
     let texels = &deviations.texels;
@@ -122,10 +124,10 @@ fn write_conformance(folder: &Path, measurement: &Measurement) -> Result<Option<
     texels.index.iter().zip(map).for_each(|(place, probability)| values[*place as usize] = *probability);
     let description = "probability that the surface at a texel is within the tolerance";
     let tiff = image::tiff_f32(texels.width, texels.height, &values, description)?;
-    let picture = png(&picture::conformance_picture(deviations, map))?;
+    let picture = palette::png(&picture::conformance_picture(deviations, map))?;
     atomic::write(&folder.join("conformance.tif"), &tiff)?;
     atomic::write(&folder.join("conformance.png"), &picture)?;
-    Ok(Some(picture))
+    Ok(Some(palette::png(&picture::conformance_figure(deviations, map))?))
 }
 
 /// A picture as a PNG file.

@@ -2,6 +2,7 @@
 
 pub mod atomic;
 pub mod begun;
+mod bins;
 pub mod colormap;
 pub mod escape;
 pub mod exchange;
@@ -10,12 +11,17 @@ mod glyphs;
 pub mod image;
 pub mod json;
 mod lock;
+mod lookup;
 pub mod measurement;
 pub mod mesh;
 pub mod palette;
 pub mod picture;
 pub mod render;
 pub mod report;
+pub mod scale;
+mod section;
+pub mod svg;
+pub mod views;
 pub mod x3d;
 
 /// A number as tables show it: four decimals for everyday sizes, an exponent for others, a dash if it is not finite.
@@ -25,6 +31,12 @@ pub fn number(x: f64) -> String {
         return "-".into();
     }
     if x == 0.0 || (1e-4..1e7).contains(&x.abs()) { format!("{x:.4}") } else { format!("{x:.4e}") }
+}
+
+/// The largest of 1, 2 and 5 times a power of ten that is not above x.
+fn round_down(x: f64) -> f64 {
+    let power = 10f64.powf(x.log10().floor());
+    [5.0, 2.0, 1.0].into_iter().map(|m| m * power).find(|step| *step <= x * (1.0 + 1e-12)).unwrap_or(power)
 }
 
 /// The smallest of 1, 2 and 5 times a power of ten that is not below x, but for rounding.

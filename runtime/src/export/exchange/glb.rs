@@ -39,7 +39,8 @@ pub(super) fn write(out: &mut dyn Write, surface: &MeasuredSurface, parts: &[Str
     let root = json!({
         "name": "model", "rotation": Z_TO_Y, "translation": placed.to_array(), "children": children,
         "extras": {
-            "unit": "m", "unit_of_distances": "mm", "distances": distances(), "colour_range_mm": surface.colour_range,
+            "unit": "m", "unit_of_distances": "mm", "distances": distances(), "colour_range_mm": surface.scale.end,
+            "neutral_mm": surface.scale.tolerance.map(|t| [t.lower, t.upper]),
             "frame": "below this node x, y and z are those of the scan's frame, less its translation; z of the scan is up",
         },
     });

@@ -1,5 +1,5 @@
-//! Files that other tools read: deviations as PLY and VTP (at the model's points and at the scan's) and as GLB, and
-//! tables as CSV. docs/output.md describes them.
+//! Files that other tools read: deviations as PLY and VTP (at the model's points and at the scan's) and as GLB, tables
+//! as CSV, and drawings as SVG. docs/output.md describes them.
 
 mod csv;
 mod glb;
@@ -14,6 +14,8 @@ pub use parameters::ParameterRow;
 pub use ply::{write_points, write_points_to};
 
 use super::atomic::{self, WriteError};
+use super::scale::Scale;
+use super::svg::{self, SectionDrawing};
 use crate::variance::{Class, MeasuredPoints, Measurement, SIGN_CONVENTION};
 use std::path::Path;
 use surface::MeasuredSurface;
@@ -28,6 +30,10 @@ const PARTS_CSV: &str = "parts.csv";
 const LABELS_CSV: &str = "labels.csv";
 const PARAMETERS_CSV: &str = "parameters.csv";
 
+const LEGEND_SVG: &str = "legend.svg";
+const HISTOGRAM_SVG: &str = "histogram.svg";
+const SECTION_SVG: &str = "section.svg";
+
 /// A format of other tools.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
@@ -39,11 +45,12 @@ pub enum Format {
     Glb,
     /// Tables of the parts and of the parameters, for spreadsheets.
     Csv,
+    /// Legend, histogram and a section as drawings for documents.
+    Svg,
 }
 
-/// Writes the files of some formats into a folder, which must exist. `colour_range` is the deviation at which the
-/// colour scale ends, in millimetres. `parameters` are the rows of the table of parameters, which is not written where
-/// there are none.
+/// Writes the files of some formats into a folder, which must exist, but for drawings ([`write_drawings`]).
+/// `parameters` are the rows of the table of parameters, which is not written where there are none.
 ///
 /// # Errors
 /// If a file cannot be written; or the surface is too large for GLB, which holds at most 4 GiB.
@@ -51,11 +58,11 @@ pub fn write(
     folder: &Path,
     measurement: &Measurement,
     formats: &[Format],
-    colour_range: f64,
+    scale: &Scale,
     parameters: &[ParameterRow],
 ) -> Result<(), WriteError> {
-    let needs_surface = formats.iter().any(|format| *format != Format::Csv);
-    let surface = needs_surface.then(|| MeasuredSurface::new(measurement, colour_range));
+    let needs_surface = formats.iter().any(|format| !matches!(format, Format::Csv | Format::Svg));
+    let surface = needs_surface.then(|| MeasuredSurface::new(measurement, scale));
     let names = &measurement.deviations.texels.part_names;
     if let Some(surface) = &surface {
         if formats.contains(&Format::Ply) {
@@ -78,6 +85,18 @@ pub fn write(
         }
     }
     Ok(())
+}
+
+/// Writes legend.svg, histogram.svg and section.svg into a folder, which must exist.
+///
+/// # Errors
+/// If a file cannot be written.
+pub fn write_drawings(folder: &Path, drawing: &SectionDrawing<'_>) -> Result<(), WriteError> {
+    let SectionDrawing { title, measurement, scale, .. } = drawing;
+    let deviations = &measurement.deviations;
+    atomic::write(&folder.join(LEGEND_SVG), svg::legend_file(title, deviations, scale).as_bytes())?;
+    atomic::write(&folder.join(HISTOGRAM_SVG), svg::histogram_file(title, deviations, scale).as_bytes())?;
+    atomic::write(&folder.join(SECTION_SVG), drawing.file().as_bytes())
 }
 
 /// The distance and the part of a point of the scan; NaN and -1 where there are none.

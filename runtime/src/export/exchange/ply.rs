@@ -48,8 +48,9 @@ pub(super) fn write_surface(out: &mut dyn Write, surface: &MeasuredSurface, part
     begin(out, parts)?;
     writeln!(
         out,
-        "comment detection: level of detection of the part in mm; colours end at {} mm",
-        surface.colour_range
+        "comment detection: level of detection of the part in mm; colours end at {} mm{}",
+        surface.scale.end,
+        surface.scale.neutral()
     )?;
     writeln!(out, "element vertex {}", surface.positions.len())?;
     writeln!(out, "property double x\nproperty double y\nproperty double z")?;

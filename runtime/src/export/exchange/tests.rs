@@ -1,6 +1,7 @@
 //! The formats, read by readers that share nothing with the writers.
 
 use super::*;
+use crate::export::scale::Scale;
 use crate::mesh::{Group, TriangleMesh};
 use crate::model::{Tessellation, Texels};
 use crate::scan::ScanSource;
@@ -74,7 +75,7 @@ fn names() -> Vec<String> {
 
 #[test]
 fn vertices_have_what_the_nearest_texel_of_their_part_has() {
-    let surface = MeasuredSurface::new(&measurement(), 1.0);
+    let surface = MeasuredSurface::new(&measurement(), &Scale::continuous(1.0));
     assert_eq!(
         (surface.positions.len(), surface.triangles.len()),
         (8, 4),
@@ -113,7 +114,8 @@ fn scalars_of_ply() {
     assert_eq!((i32::from_le_bytes(record(1)[32..36].try_into().expect("4 bytes")), record(1)[44]), (-1, 7));
     assert_eq!(record(2)[44], 6);
     let mut out = Vec::new();
-    ply::write_surface(&mut out, &MeasuredSurface::new(&measurement, 1.0), &names()).expect("written");
+    ply::write_surface(&mut out, &MeasuredSurface::new(&measurement, &Scale::continuous(1.0)), &names())
+        .expect("written");
     let header = out.windows(end.len()).position(|w| w == end).expect("a header") + end.len();
     assert_eq!(out.len(), header + 8 * (24 + 12 + 3 + 12 + 4 + 1) + 4 * 13);
 }
@@ -157,7 +159,8 @@ fn arrays_of_vtp_are_in_blocks() {
 fn polydata_of_vtk() {
     let measurement = measurement();
     let mut out = Vec::new();
-    vtp::write_surface(&mut out, &MeasuredSurface::new(&measurement, 1.0), &names()).expect("written");
+    vtp::write_surface(&mut out, &MeasuredSurface::new(&measurement, &Scale::continuous(1.0)), &names())
+        .expect("written");
     let text = String::from_utf8(out).expect("text");
     // Names are numbers, so that no markup of theirs is in the file.
     assert!(!text.contains("<a & ") && text.contains("60 97 32 38 32 34 98 34 62 0\n"), "{text}");
@@ -179,7 +182,7 @@ fn polydata_of_vtk() {
 #[test]
 fn parts_of_gltf_are_nodes() {
     let mut out = Vec::new();
-    glb::write(&mut out, &MeasuredSurface::new(&measurement(), 1.0), &names()).expect("written");
+    glb::write(&mut out, &MeasuredSurface::new(&measurement(), &Scale::continuous(1.0)), &names()).expect("written");
     let word = |at: usize| u32::from_le_bytes(out[at..at + 4].try_into().expect("4 bytes")) as usize;
     assert_eq!((&out[..4], word(4), word(8), &out[16..20]), (&b"glTF"[..], 2, out.len(), &b"JSON"[..]));
     let (json, binary) = (word(12), word(20 + word(12)));

@@ -2,8 +2,8 @@
 
 use super::Layer;
 use super::paint::Paint;
-use super::view::Camera;
-use crate::export::colormap::NO_DATA;
+use super::view::{Camera, Limit};
+use crate::export::colormap::{NO_DATA, stripes};
 use glam::DVec3;
 
 /// Two lights from the upper left and from the right, as right, up, towards the eye, with strengths; the rest is
@@ -13,6 +13,9 @@ const AMBIENT: f32 = 0.42;
 
 /// The share of light that back-facing surfaces return.
 const BACK: f32 = 0.8;
+
+/// The period of the stripes of what has no data, in samples.
+const STRIPES: usize = 16;
 
 /// Nearest depths and their colours.
 pub(super) struct Canvas {
@@ -40,16 +43,38 @@ impl Canvas {
 
     /// Draws a layer's triangles, but for those with corners that do not exist or are not finite.
     pub(super) fn draw(&mut self, layer: &Layer<'_>, camera: &Camera) {
+        let limit = camera.limit();
         for triangle in &layer.mesh.triangles {
             if let Some(corners) = corners(layer, camera, *triangle) {
-                self.triangle(&corners, layer.paint, camera.nearest);
+                self.triangle(&corners, layer.paint, limit);
+            }
+        }
+    }
+
+    /// Draws a line of so many samples in width, in front of all else.
+    pub(super) fn line(&mut self, [from, to]: [[f32; 3]; 2], width: f32, colour: [u8; 3]) {
+        let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
+        let steps = dx.hypot(dy).ceil().max(1.0);
+        if !steps.is_finite() || steps > (4 * (self.width + self.height)) as f32 {
+            return;
+        }
+        for step in 0..=steps as usize {
+            let share = step as f32 / steps;
+            let (x, y) = (from[0] + share * dx, from[1] + share * dy);
+            let [columns, rows] = [(x, self.width), (y, self.height)].map(|(middle, size)| {
+                let edge = |at: f32| (at.round().max(0.0) as usize).min(size);
+                edge(middle - width / 2.0)..edge(middle + width / 2.0)
+            });
+            for row in rows.map(|row| row * self.width) {
+                self.depth[row + columns.start..row + columns.end].fill(f32::INFINITY);
+                self.colour[row + columns.start..row + columns.end].fill(colour);
             }
         }
     }
 
     /// Samples lie at the middles of unit squares; one on an edge may belong to both neighbours, which the depth
     /// comparison settles in favour of the first.
-    fn triangle(&mut self, corners: &[Corner; 3], paint: Paint<'_>, nearest: f32) {
+    fn triangle(&mut self, corners: &[Corner; 3], paint: Paint<'_>, limit: Option<Limit>) {
         let [a, b, c] = corners.each_ref().map(|c| c.at);
         let area = (b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1]);
         if area == 0.0 || !area.is_finite() {
@@ -72,9 +97,10 @@ impl Canvas {
                 }
                 let depth = w[0] * a[2] + w[1] * b[2] + w[2] * c[2];
                 let sample = y * self.width + x;
-                if depth > self.depth[sample] && depth <= nearest {
+                let is_kept = limit.is_none_or(|limit| depth <= limit.depth(px, py));
+                if depth > self.depth[sample] && is_kept {
                     self.depth[sample] = depth;
-                    self.colour[sample] = shade(corners, w, paint);
+                    self.colour[sample] = shade(corners, w, paint, [x, y]);
                 }
             }
         }
@@ -108,13 +134,13 @@ fn corners(layer: &Layer<'_>, camera: &Camera, triangle: [u32; 3]) -> Option<[Co
     Some([0, 1, 2].map(corner))
 }
 
-/// The lit colour at barycentric coordinates w.
-fn shade(corners: &[Corner; 3], w: [f32; 3], paint: Paint<'_>) -> [u8; 3] {
+/// The lit colour at barycentric coordinates w, of a sample with this column and row.
+fn shade(corners: &[Corner; 3], w: [f32; 3], paint: Paint<'_>, [x, y]: [usize; 2]) -> [u8; 3] {
     let mixed = |f: &dyn Fn(&Corner) -> f32| w[0] * f(&corners[0]) + w[1] * f(&corners[1]) + w[2] * f(&corners[2]);
     let base = match paint {
         Paint::Deviations(colours) => {
             let (s, t) = (mixed(&|c| c.texcoord[0]), mixed(&|c| c.texcoord[1]));
-            colours.at(s, t).map(f32::from)
+            colours.at(s, t).unwrap_or_else(|| stripes(x, y, STRIPES)).map(f32::from)
         }
         Paint::Plain(_) | Paint::Vertices(_) => [0, 1, 2].map(|k| mixed(&|c| c.colour[k])),
     };

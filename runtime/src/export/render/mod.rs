@@ -1,19 +1,24 @@
 //! Pictures of surfaces without a graphics card: an orthographic rasteriser with a depth buffer, two lights and
 //! supersampling.
 
+mod axis;
 mod canvas;
 mod paint;
 #[cfg(test)]
 mod tests;
 mod view;
 
+pub use axis::cut_open;
 pub use paint::{DeviationColours, Paint};
-pub use view::View;
+pub use view::{Cut, View};
 
-use super::glyphs::{GLYPH_HEIGHT, draw};
+use super::glyphs::{GLYPH_HEIGHT, LEGIBLE, draw, text_width};
 use super::picture::Picture;
+use super::round_down;
+use super::section;
 use crate::mesh::TriangleMesh;
 use canvas::Canvas;
+use rayon::prelude::*;
 use view::Camera;
 
 /// The colour behind the surfaces.
@@ -21,6 +26,9 @@ const BACKGROUND: [u8; 3] = [250, 250, 251];
 
 /// The colour of letters on it.
 const INK: [u8; 3] = [60, 62, 66];
+
+/// The width of the outline where surfaces are cut open, in pixels.
+const OUTLINE: f32 = 1.5;
 
 /// The number of samples along each side of a pixel.
 const SAMPLES: usize = 2;
@@ -50,10 +58,10 @@ pub fn pictures(rows: &[&[Layer<'_>]], views: &[View], side: usize) -> (Vec<Pict
     let mut cameras: Vec<Camera> = views.iter().map(fit).collect();
     let scale = cameras.iter().map(|camera| camera.scale).fold(f64::INFINITY, f64::min);
     cameras.iter_mut().for_each(|camera| camera.scale = scale);
-    let picture = |layers: &&[Layer<'_>]| -> Vec<Picture> {
-        cameras.iter().map(|camera| draw_layers(layers, camera, side, side)).collect()
-    };
-    (rows.iter().flat_map(picture).collect(), scale / SAMPLES as f64)
+    let drawn: Vec<(&[Layer<'_>], &Camera)> =
+        rows.iter().flat_map(|layers| cameras.iter().map(move |camera| (*layers, camera))).collect();
+    let drawn = drawn.into_par_iter().map(|(layers, camera)| draw_layers(layers, camera, side, side));
+    (drawn.collect(), scale / SAMPLES as f64)
 }
 
 /// Draws a scale bar of 1, 2 or 5 times a power of ten millimetres into the lower left corner, at most a third of the
@@ -63,13 +71,31 @@ pub fn bar(picture: &mut Picture, scale: f64) {
     if !(longest > 0.0 && longest.is_finite()) {
         return;
     }
-    let power = 10f64.powf(longest.log10().floor());
-    let length = [5.0, 2.0, 1.0].into_iter().map(|m| m * power).find(|l| *l <= longest).unwrap_or(power);
-    let (unit, left) = ((picture.height / 300).max(1), GLYPH_HEIGHT);
+    let length = round_down(longest);
+    let (unit, left) = (letters(picture), GLYPH_HEIGHT);
     let top = picture.height.saturating_sub((GLYPH_HEIGHT + 8) * unit);
     let pixels = ((length * scale).round() as usize).max(1);
     picture.fill(left, top, pixels, 2 * unit, INK);
     draw(picture, left, top + 4 * unit, unit, INK, &format!("{length} mm"));
+}
+
+/// Writes a name into the upper left corner, before a paler ground, since surfaces may reach as far.
+pub fn name(picture: &mut Picture, text: &str) {
+    let unit = letters(picture);
+    let (left, rim) = (GLYPH_HEIGHT, 2 * unit);
+    picture.fill(
+        left - rim.min(left),
+        left - rim.min(left),
+        text_width(text, unit) + rim,
+        7 * unit + 2 * rim,
+        BACKGROUND,
+    );
+    draw(picture, left, left, unit, INK, text);
+}
+
+/// Pixels a dot of the letters in a picture: they are legible where it is shown at half its size.
+fn letters(picture: &Picture) -> usize {
+    (picture.height.min(picture.width) / 140).max(LEGIBLE)
 }
 
 fn draw_layers(layers: &[Layer<'_>], camera: &Camera, width: usize, height: usize) -> Picture {
@@ -78,6 +104,7 @@ fn draw_layers(layers: &[Layer<'_>], camera: &Camera, width: usize, height: usiz
         .map(|layer| {
             let mut canvas = Canvas::new(width * SAMPLES, height * SAMPLES);
             canvas.draw(layer, camera);
+            outline(&mut canvas, layer, camera);
             (canvas, layer.opacity.clamp(0.0, 1.0))
         })
         .collect();
@@ -96,6 +123,15 @@ fn draw_layers(layers: &[Layer<'_>], camera: &Camera, width: usize, height: usiz
         *pixel = sum.map(|c| (c / samples).round() as u8);
     }
     picture
+}
+
+/// Draws where the plane of a cut meets a surface: the profile.
+fn outline(canvas: &mut Canvas, layer: &Layer<'_>, camera: &Camera) {
+    if let Some((through, normal)) = camera.cut().filter(|_| camera.limit().is_some()) {
+        for segment in section::segments(layer.mesh, through, normal) {
+            canvas.line(segment.ends.map(|end| camera.project(end)), OUTLINE * SAMPLES as f32, INK);
+        }
+    }
 }
 
 /// The colour of a sample: layers from the farthest to the nearest over the background. Of equally near ones the later

@@ -1,7 +1,8 @@
 //! The colours of a surface.
 
-use crate::export::colormap::{NO_DATA, texel_colour};
-use crate::variance::Deviations;
+use crate::export::colormap::texel_colour;
+use crate::export::scale::Scale;
+use crate::variance::{Class, Deviations};
 
 /// The distance beyond a chart within which its texels count: the width of the gutters between charts.
 const REACH: isize = 2;
@@ -13,7 +14,7 @@ pub enum Paint<'a> {
     Plain([u8; 3]),
     /// A colour for every vertex; grey where there are fewer.
     Vertices(&'a [[u8; 3]]),
-    /// The colours of the deviations, by the surface's texture coordinates.
+    /// The colours of the deviations, by the surface's texture coordinates; stripes where there is no data.
     Deviations(&'a DeviationColours),
 }
 
@@ -22,35 +23,53 @@ pub enum Paint<'a> {
 pub struct DeviationColours {
     width: usize,
     height: usize,
-    /// Row by row from the top; none where there is no chart.
-    colours: Vec<Option<[u8; 3]>>,
+    /// Row by row from the top.
+    texels: Vec<Texel>,
+}
+
+/// What a place of the texture has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Texel {
+    /// No chart is there.
+    Beside,
+    NoData,
+    Colour([u8; 3]),
 }
 
 impl DeviationColours {
-    /// Colours on a scale that ends at `end` millimetres.
+    /// Colours on a scale.
     #[must_use]
-    pub fn new(deviations: &Deviations, end: f64) -> Self {
+    pub fn new(deviations: &Deviations, scale: &Scale) -> Self {
         let texels = &deviations.texels;
-        let mut colours = vec![None; texels.width as usize * texels.height as usize];
+        let (width, height) = (texels.width as usize, texels.height as usize);
+        let mut found = vec![Texel::Beside; width * height];
         for (i, &index) in texels.index.iter().enumerate() {
-            colours[index as usize] = Some(texel_colour(deviations, i, f64::from(deviations.signed(i)), end));
+            found[index as usize] = match deviations.class(i) {
+                Class::NoData => Texel::NoData,
+                _ => Texel::Colour(texel_colour(deviations, i, f64::from(deviations.signed(i)), scale)),
+            };
         }
-        Self { width: deviations.texels.width as usize, height: deviations.texels.height as usize, colours }
+        Self { width, height, texels: found }
     }
 
-    /// The colour at texture coordinates (s to the right, t upwards). Beside a chart that of the nearest texel.
+    /// The colour at texture coordinates (s to the right, t upwards); none where there is no data. Beside a chart that
+    /// of the nearest texel.
     #[must_use]
-    pub fn at(&self, s: f32, t: f32) -> [u8; 3] {
-        if self.colours.is_empty() {
-            return NO_DATA;
+    pub fn at(&self, s: f32, t: f32) -> Option<[u8; 3]> {
+        if self.texels.is_empty() {
+            return None;
         }
         let x = ((s * self.width as f32) as usize).min(self.width - 1);
         let y = (((1.0 - t) * self.height as f32) as usize).min(self.height - 1);
-        self.colours[y * self.width + x].or_else(|| self.beside(x, y)).unwrap_or(NO_DATA)
+        match self.texels[y * self.width + x] {
+            Texel::Beside => self.beside(x, y),
+            Texel::NoData => None,
+            Texel::Colour(colour) => Some(colour),
+        }
     }
 
     fn beside(&self, x: usize, y: usize) -> Option<[u8; 3]> {
-        let mut nearest: Option<(isize, [u8; 3])> = None;
+        let mut nearest: Option<(isize, Texel)> = None;
         for dy in -REACH..=REACH {
             for dx in -REACH..=REACH {
                 let (Some(x), Some(y)) = (x.checked_add_signed(dx), y.checked_add_signed(dy)) else { continue };
@@ -58,13 +77,15 @@ impl DeviationColours {
                     continue;
                 }
                 let distance = dx * dx + dy * dy;
-                if let Some(colour) = self.colours[y * self.width + x]
-                    && nearest.is_none_or(|(d, _)| distance < d)
-                {
-                    nearest = Some((distance, colour));
+                let texel = self.texels[y * self.width + x];
+                if texel != Texel::Beside && nearest.is_none_or(|(d, _)| distance < d) {
+                    nearest = Some((distance, texel));
                 }
             }
         }
-        nearest.map(|(_, colour)| colour)
+        match nearest {
+            Some((_, Texel::Colour(colour))) => Some(colour),
+            _ => None,
+        }
     }
 }

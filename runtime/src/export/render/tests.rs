@@ -1,7 +1,8 @@
-use super::{BACKGROUND, DeviationColours, Layer, Paint, View, pictures, render};
-use crate::export::colormap::{NO_DATA, diverging};
+use super::{BACKGROUND, Cut, DeviationColours, INK, Layer, Paint, View, cut_open, pictures, render};
+use crate::export::colormap::diverging;
 use crate::export::picture::Picture;
-use crate::mesh::TriangleMesh;
+use crate::export::scale::Scale;
+use crate::mesh::{Group, TriangleMesh};
 use crate::model::{Motion, Texels};
 use crate::variance::Deviations;
 use glam::DVec3;
@@ -56,7 +57,7 @@ fn a_sheet_has_one_scale() {
     let small = square(0.0);
     let mut long = square(0.0);
     long.positions.iter_mut().for_each(|p| p[0] = 3.0 + 4.0 * p[0]);
-    let side = View { toward: DVec3::new(0.0, -1.0, 1.0), up: DVec3::Z, cut: false };
+    let side = View { toward: DVec3::new(0.0, -1.0, 1.0), up: DVec3::Z, cut: None };
     let (red, green) = ([opaque(&small, RED)], [opaque(&long, GREEN)]);
     let picture = Picture::sheet(&pictures(&[&red, &green], &[View::TOP, side], 100).0, 2);
     assert_eq!((picture.width, picture.height), (200, 200));
@@ -94,10 +95,60 @@ fn the_nearer_hides_the_farther_whatever_the_order() {
 #[test]
 fn a_cut_view_shows_what_is_behind() {
     let (high, low) = (square(1.0), square(-1.0));
-    let cut = View { cut: true, ..View::TOP };
+    let cut = View { cut: Some(Cut { normal: DVec3::Z, through: None }), ..View::TOP };
     let picture = render(&[opaque(&high, RED), opaque(&low, GREEN)], &cut, 20, 20);
     let [r, g, _] = picture.pixels[10 * 20 + 10];
     assert!(g > 100 && r < 50);
+}
+
+/// The plane of a cut may be oblique to the eye: of two walls what is behind it is left, with the outline in front.
+#[test]
+fn a_cut_may_be_oblique() {
+    let wall = |x: f64| {
+        let positions = vec![[x, -1.0, -1.0], [x, 1.0, -1.0], [x, 1.0, 1.0], [x, -1.0, 1.0]];
+        TriangleMesh { positions, ..square(0.0) }
+    };
+    let mut walls = wall(-1.0);
+    walls.positions.extend(wall(1.0).positions);
+    walls.triangles.extend([[4, 5, 6], [4, 6, 7]]);
+    let cut = Some(Cut { normal: DVec3::NEG_Y, through: Some(DVec3::ZERO) });
+    let view = View { toward: DVec3::new(0.3, -1.0, 0.5), up: DVec3::Z, cut };
+    let whole = render(&[opaque(&walls, RED)], &View { cut: None, ..view }, 80, 80);
+    let half = render(&[opaque(&walls, RED)], &view, 80, 80);
+    let count = |picture: &Picture, seen: &dyn Fn([u8; 3]) -> bool| picture.pixels.iter().filter(|p| seen(**p)).count();
+    let [all, rest] = [&whole, &half].map(|picture| count(picture, &is_red));
+    // A half of each wall; the outline hides some of it.
+    assert!((2 * all / 5..3 * all / 5).contains(&rest), "{rest} of {all}");
+    assert!(count(&half, &|pixel| pixel == INK) > 80, "the outline");
+}
+
+/// A cylinder about an axis, with a fin on one side of it, is cut along its axis and through the fin.
+#[test]
+fn a_cut_contains_the_axis() {
+    let (axis, across, other) = (DVec3::X, DVec3::new(0.0, 0.6, 0.8), DVec3::new(0.0, -0.8, 0.6));
+    let centre = DVec3::new(5.0, -3.0, 2.0);
+    let mut mesh = TriangleMesh::default();
+    for i in 0..48 {
+        let turn = f64::from(i) * std::f64::consts::TAU / 48.0;
+        let rim = centre + 10.0 * (turn.cos() * across + turn.sin() * other);
+        mesh.positions.extend([rim - 30.0 * axis, rim + 30.0 * axis].map(|p| p.to_array()));
+        let [a, b, c, d] = [2 * i, 2 * i + 1, 2 * ((i + 1) % 48), 2 * ((i + 1) % 48) + 1].map(|v: i32| v as u32);
+        mesh.triangles.extend([[a, c, b], [b, c, d]]);
+    }
+    let (cylinder, fin) = (mesh.clone(), centre + 10.0 * across);
+    mesh.positions.extend([fin, fin + 40.0 * across, fin + 40.0 * axis].map(|p| p.to_array()));
+    mesh.triangles.push([96, 97, 98]);
+    let group = |name: &str, start, end| Group { name: name.to_owned(), start, end };
+    mesh.groups = vec![group("cylinder", 0, 96), group("fin", 96, 97)];
+    let view = cut_open(&mesh, &Motion::IDENTITY.rotation);
+    let cut = view.cut.expect("a cut");
+    let through = cut.through.expect("a point") - centre;
+    // All is exact but for rounding.
+    assert!(cut.normal.dot(axis).abs() < 1e-6 && cut.normal.dot(through).abs() < 1e-6, "{cut:?}");
+    assert!(cut.normal.dot(across).abs() < 1e-6 && view.toward.dot(cut.normal) > 0.5, "{view:?}");
+    // Without the fin the cut faces the front.
+    let cut = cut_open(&cylinder, &Motion::IDENTITY.rotation).cut.expect("a cut");
+    assert!((cut.normal - DVec3::NEG_Y).length() < 1e-6, "{cut:?}");
 }
 
 #[test]
@@ -127,11 +178,11 @@ fn deviations_lie_where_their_texels_are() {
         part_names: vec!["a".to_owned()],
     };
     let deviations = Deviations::new(texels, 2.0, vec![1.0, f32::NAN, f32::NAN], vec![f32::NAN, f32::NAN, 1.0]);
-    let colours = DeviationColours::new(&deviations, 1.0);
-    assert_eq!(colours.at(0.1, 0.9), diverging(1.0));
-    assert_eq!(colours.at(0.9, 0.9), NO_DATA);
-    assert_eq!(colours.at(0.9, 0.1), diverging(-1.0));
-    assert_eq!(colours.at(0.1, 0.1), diverging(1.0), "of equally near texels the first");
+    let colours = DeviationColours::new(&deviations, &Scale::continuous(1.0));
+    assert_eq!(colours.at(0.1, 0.9), Some(diverging(1.0)));
+    assert_eq!(colours.at(0.9, 0.9), None);
+    assert_eq!(colours.at(0.9, 0.1), Some(diverging(-1.0)));
+    assert_eq!(colours.at(0.1, 0.1), Some(diverging(1.0)), "of equally near texels the first");
     let mesh = square(0.0);
     let picture = render(&[opaque(&mesh, Paint::Deviations(&colours))], &View::TOP, 40, 40);
     let (upper_left, lower_right) = (picture.pixels[10 * 40 + 10], picture.pixels[30 * 40 + 30]);

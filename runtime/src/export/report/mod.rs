@@ -21,9 +21,9 @@ mod view;
 
 pub(crate) use summary::file_name;
 
-use super::colormap::{NO_DATA, diverging};
 use super::escape::escape;
 use super::number;
+use super::scale::Scale;
 use super::x3d::shaders;
 use crate::fit::FitResult;
 use crate::mesh::TriangleMesh;
@@ -67,8 +67,8 @@ pub struct Report<'a> {
     pub turned: [[f64; 3]; 3],
     /// The probability of conformance in colours as a PNG file, if a part has a tolerance.
     pub conformance_png: Option<&'a [u8]>,
-    /// The end of the colour scale. Millimetres.
-    pub colour_range: f64,
+    /// The colour scale.
+    pub scale: &'a Scale,
     /// The picture that stands beside the verdict.
     pub picture: Option<Figure<'a>>,
     /// Further pictures, in rows with a heading.
@@ -87,20 +87,20 @@ pub struct Figure<'a> {
 /// The report as HTML. Nothing in it is executed or loaded but its own script; all text is escaped.
 #[must_use]
 pub fn write(report: &Report<'_>) -> String {
-    let step = surface::step(report.colour_range, report.variance.max_distance);
+    let step = surface::step(report.scale.end, report.variance.max_distance);
     let way = match report.variance.distance.as_str() {
         "averaged-normal" => "along normals that are averaged where patches meet",
         "closest" => "to its closest point",
         _ => "along the normal",
     };
     let filled = report.variance.holes.as_ref().map_or("", |_| ", olive where a hole of it was closed");
-    let insertions: [(&str, String); 30] = [
+    let insertions: [(&str, String); 31] = [
         ("title", escape(report.title)),
         ("style", include_str!("style.css").to_owned()),
         ("facts", summary::facts(report)),
         ("warnings", warnings(report)),
         ("verdict", summary::verdict(report)),
-        ("legend", histogram::legend(report.colour_range)),
+        ("legend", histogram::legend(report.deviations, report.scale)),
         ("pictures", pictures(report)),
         ("fit", report.fit.map_or_else(String::new, |fit| fitted::fit(fit, report.variance))),
         ("max_distance", tables::short(report.variance.max_distance)),
@@ -110,11 +110,11 @@ pub fn write(report: &Report<'_>) -> String {
         ("way", way.to_owned()),
         ("filled", filled.to_owned()),
         ("statistics", tables::statistics(report.variance)),
-        ("histogram", histogram::histogram(report.deviations, report.colour_range)),
-        ("histograms", histogram::of_parts(report.deviations, report.colour_range)),
+        ("histogram", histogram::histogram(report.deviations, report.scale)),
+        ("histograms", histogram::of_parts(report.deviations, report.scale)),
         ("running", running(report)),
         ("step", tables::number(step)),
-        ("range", number(report.colour_range)),
+        ("range", number(report.scale.end)),
         ("conformance", report.conformance_png.map_or_else(String::new, conformance)),
         ("texel_data", surface::texels(report.deviations, step)),
         ("provenance", origin::origin(report)),
@@ -124,6 +124,7 @@ pub fn write(report: &Report<'_>) -> String {
         ("labels", view::labels(report, step)),
         ("parts", view::parts(report)),
         ("tolerance", view::tolerance_control(report)),
+        ("bands", report.scale.tolerance.map_or("", |_| " checked").to_owned()),
         ("viewer", view::SCRIPT.concat()),
     ];
     let shaders = [
@@ -186,8 +187,8 @@ fn figure(Figure { caption, png }: &Figure<'_>, of: &str) -> String {
 fn conformance(png: &[u8]) -> String {
     format!(
         "<figure><img alt=\"Probability of conformance\" src=\"data:image/png;base64,{}\"><figcaption>Probability that the \
-         surface at each texel is within its tolerance, by its own distance; grey where nothing was measured or there is no \
-         tolerance.</figcaption></figure>\n",
+         surface at each texel is within its tolerance, by its own distance; striped where nothing was measured or there is \
+         no tolerance.</figcaption></figure>\n",
         STANDARD.encode(png)
     )
 }
@@ -197,10 +198,4 @@ fn running(report: &Report<'_>) -> String {
     let plain = |c: char| c.is_alphanumeric() || " .,_-()+".contains(c);
     let title: String = report.title.chars().map(|c| if plain(c) { c } else { '_' }).take(120).collect();
     format!("\"{title}\"")
-}
-
-/// A colour of the scale as CSS.
-fn css(relative: f64) -> String {
-    let [r, g, b] = if relative.is_nan() { NO_DATA } else { diverging(relative) };
-    format!("#{r:02x}{g:02x}{b:02x}")
 }

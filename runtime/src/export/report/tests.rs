@@ -1,4 +1,5 @@
 use super::{Figure, Report, Scripts, fill, write};
+use crate::export::scale::Scale;
 use crate::fit::{
     AllowedDeviation, FitResult, FittedInput, FittedMeasure, FittedParameter, PoseCovariance, Symmetry, WithoutSd,
 };
@@ -147,7 +148,7 @@ fn page_with(deviations: &Deviations, variance: &VarianceReport) -> String {
         tessellation: &tessellation(),
         turned: Motion::IDENTITY.rotation,
         conformance_png: variance.verdict.as_ref().map(|_| &b"map"[..]),
-        colour_range: 0.5,
+        scale: &Scale::new(variance, Some(0.5)),
         picture: Some(Figure { caption: "front", png: b"one" }),
         pictures: &[("two", &[Figure { caption: HOSTILE, png: b"three" }])],
     })

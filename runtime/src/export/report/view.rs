@@ -4,6 +4,8 @@ use super::surface::{CLASSES, drawn, drawn_of, step};
 use super::{Report, cloud, number};
 use crate::export::colormap::diverging;
 use crate::export::escape::escape;
+use crate::export::picture::names;
+use crate::export::scale::BANDS;
 use crate::model::ChartMap;
 use crate::variance::{Peak, Tolerance};
 use serde_json::{Value, json};
@@ -22,6 +24,9 @@ pub(super) const SCRIPT: [&str; 6] = [
 /// Samples of the colour scale between which the page interpolates: its anchors are among them.
 const SCALE_SAMPLES: usize = 17;
 
+/// Dots of letters along a row of the map, of which seven are as high as a letter.
+const MAP_DOTS: usize = 264;
+
 /// The share of a part's mean square deviation from which on a parameter is said to explain it.
 const LEAST_SHARE: f64 = 0.05;
 
@@ -31,6 +36,12 @@ pub(super) fn scene(report: &Report<'_>) -> String {
     let (texels, bounds, scan) = (&report.deviations.texels, mesh.bounds(), report.scan.bounds());
     let scale = |i: usize| diverging(2.0 * i as f64 / (SCALE_SAMPLES - 1) as f64 - 1.0);
     let tolerance = tolerance(report).map(|t| [t.lower, t.upper]);
+    // The map is shown about half as wide as the page, where a dot of the letters is as wide as these texels.
+    let named = names::names(texels, (texels.width as usize / MAP_DOTS).max(1));
+    let names: Vec<Value> = named
+        .iter()
+        .map(|name| json!({ "text": name.text, "at": name.at, "extent": name.extent, "upwards": name.is_upwards }))
+        .collect();
     in_page(&json!({
         "vertices": mesh.positions.len(),
         "triangles": drawn(mesh).count(),
@@ -38,9 +49,12 @@ pub(super) fn scene(report: &Report<'_>) -> String {
         "height": texels.height,
         "centre": bounds.centre().to_array(),
         "halfSize": (bounds.size() / 2.0).to_array(),
-        "step": step(report.colour_range, report.variance.max_distance),
-        "colourRange": report.colour_range,
+        "step": step(report.scale.end, report.variance.max_distance),
+        "colourRange": report.scale.end,
         "tolerance": tolerance,
+        "neutral": report.scale.tolerance.map(|t| [t.lower, t.upper]),
+        "steps": BANDS,
+        "names": names,
         "scale": (0..SCALE_SAMPLES).map(scale).collect::<Vec<_>>(),
         "classes": CLASSES,
         "frame": report.turned,
@@ -136,6 +150,7 @@ fn tolerance(report: &Report<'_>) -> Option<Tolerance> {
 pub(super) fn tolerance_control(report: &Report<'_>) -> String {
     tolerance(report).map_or_else(String::new, |t| {
         let (lower, upper) = (number(t.lower), number(t.upper));
-        format!("<label><input type=\"checkbox\" id=\"neutral\"> Neutral from {lower} to {upper} mm</label>\n")
+        let checked = report.scale.tolerance.map_or("", |_| " checked");
+        format!("<label><input type=\"checkbox\" id=\"neutral\"{checked}> Neutral from {lower} to {upper} mm</label>\n")
     })
 }

@@ -3,15 +3,15 @@
 use super::frame::Frame;
 use super::numbers::{list, list_of, number, quoted};
 use super::parts::Part;
-use crate::export::colormap::diverging;
 use crate::export::escape::escape;
 use crate::export::round_up;
+use crate::export::scale::Scale;
 use crate::mesh::TriangleMesh;
 use glam::DVec3;
 use std::fmt::Write;
 
 /// Steps of the legend's bar.
-const STEPS: usize = 32;
+const STEPS: usize = 48;
 
 /// The most parts that are named: those with the most triangles.
 const MOST_NAMES: usize = 24;
@@ -40,21 +40,21 @@ fn text(lines: &[&str], size: f64, middle: bool, out: &mut String) {
 }
 
 /// The legend, which stays in the view whatever the viewpoint: a sensor of the viewer's place and direction moves it.
-pub(super) fn legend(range: f64, frame: &Frame, out: &mut String) {
+pub(super) fn legend(scale: &Scale, frame: &Frame, out: &mut String) {
     let far = 1e4 * frame.radius;
     let size = list_of([far; 3], 0);
     let _ = writeln!(out, "    <ProximitySensor DEF='Viewer' size='{size}'/>");
     // Nearer than the model, farther than the nearest that is drawn.
-    let scale = list_of([0.2 * frame.radius; 3], 9);
-    let _ = writeln!(out, "    <Transform DEF='Follow'>\n      <Transform scale='{scale}'>");
+    let near = list_of([0.2 * frame.radius; 3], 9);
+    let _ = writeln!(out, "    <Transform DEF='Follow'>\n      <Transform scale='{near}'>");
     let _ = writeln!(out, "      <Transform translation='{LEGEND_RIGHT} 0 -1'>");
-    bar(out);
+    bar(scale, out);
     let [width, height] = BAR;
-    for tick in [-1.0, -0.5, 0.0, 0.5, 1.0] {
-        let (x, y) = (number(width + 0.008, 6), number(tick * height / 2.0, 6));
+    for tick in labelled(scale) {
+        let (x, y) = (number(width + 0.008, 6), number(tick / scale.end * height / 2.0, 6));
         let _ = write!(out, "      <Transform translation='{x} {y} 0'>");
         let sign = if tick > 0.0 { "+" } else { "" };
-        text(&[&format!("{sign}{}", figure(tick * range))], LETTERS, false, out);
+        text(&[&format!("{sign}{}", figure(tick))], LETTERS, false, out);
         out.push_str("</Transform>\n");
     }
     for (words, y) in [(["scan outside", "mm"], height / 2.0 + 0.04), (["scan inside", ""], -height / 2.0 - 0.03)] {
@@ -69,8 +69,22 @@ pub(super) fn legend(range: f64, frame: &Frame, out: &mut String) {
     }
 }
 
+/// The ticks of a scale that have room for a label: the main ones go first.
+fn labelled(scale: &Scale) -> Vec<f64> {
+    let mut ticks = scale.ticks();
+    ticks.sort_by_key(|tick| !scale.is_main(*tick));
+    let room = 1.3 * LETTERS / BAR[1] * 2.0 * scale.end;
+    let mut kept: Vec<f64> = Vec::new();
+    for tick in ticks {
+        if kept.iter().all(|other| (other - tick).abs() >= room) {
+            kept.push(tick);
+        }
+    }
+    kept
+}
+
 /// The bar of the legend: colours without light.
-fn bar(out: &mut String) {
+fn bar(scale: &Scale, out: &mut String) {
     let [width, height] = BAR;
     out.push_str("      <Shape><Appearance/><IndexedTriangleSet solid='false' colorPerVertex='true' index='");
     let quad = |k: usize| [[4 * k, 4 * k + 1, 4 * k + 3], [4 * k, 4 * k + 3, 4 * k + 2]];
@@ -82,7 +96,7 @@ fn bar(out: &mut String) {
     };
     list((0..STEPS).flat_map(corner).map(|[x, y]| [number(x, 5), number(y, 5), "0".to_owned()]), out);
     out.push_str("'/><Color color='");
-    let colour = |k: usize| diverging(2.0 * (k as f64 + 0.5) / STEPS as f64 - 1.0);
+    let colour = |k: usize| scale.colour(scale.end * (2.0 * (k as f64 + 0.5) / STEPS as f64 - 1.0));
     let share = |c: u8| number(f64::from(c) / 255.0, 3);
     list((0..STEPS).flat_map(|k| [colour(k); 4]).map(|c| c.map(share)), out);
     out.push_str("'/></IndexedTriangleSet></Shape>\n");

@@ -7,6 +7,7 @@
 //! or both.
 
 mod annotations;
+mod encoding;
 mod frame;
 mod metadata;
 mod modes;
@@ -22,8 +23,10 @@ mod tests;
 mod textures;
 mod viewpoints;
 
+pub use encoding::SceneFormat;
 pub use metadata::metadata;
 
+use super::scale::Scale;
 use crate::mesh::TriangleMesh;
 use crate::model::Tessellation;
 use crate::variance::Deviations;
@@ -39,8 +42,8 @@ pub struct X3dScene<'a> {
     pub deviations: &'a Deviations,
     /// The scan.
     pub scan: &'a TriangleMesh,
-    /// Deviation at which the colour scale ends. Millimetres.
-    pub colour_range: f64,
+    /// The scale of colours.
+    pub scale: Scale,
     /// The rotation of the model from its author's coordinates, with z upwards, into the scan's: a matrix, row by row.
     /// Viewers show the model upright.
     pub turned: [[f64; 3]; 3],
@@ -101,7 +104,7 @@ fn check(scene: &X3dScene<'_>) -> Result<(), X3dError> {
         return Err(X3dError::TextureSize { width, height });
     }
     for (what, value) in
-        [("the maximum distance", scene.deviations.max_distance), ("the colour range", scene.colour_range)]
+        [("the maximum distance", scene.deviations.max_distance), ("the colour range", scene.scale.end)]
     {
         if !(value > 0.0 && value.is_finite()) {
             return Err(X3dError::Distance { what, value });

@@ -232,11 +232,16 @@ impl Modes<'_, '_> {
 
     /// The fields of all shaders.
     fn common_fields(&mut self, out: &mut String) {
+        let scale = &self.scene.scale;
+        let limits = scale.tolerance.map_or((0.0, 0.0, 0.0), |t| (t.lower, t.upper, scale.step_beyond(&t)));
         let fields = [
             ("distanceRows", f64::from(self.textures.rows)),
             ("fineDistance", self.textures.fine),
             ("maxDistance", self.scene.deviations.max_distance),
-            ("colourRange", self.scene.colour_range),
+            ("colourRange", self.scene.scale.end),
+            ("lowerLimit", limits.0),
+            ("upperLimit", limits.1),
+            ("stepBeyond", limits.2),
             ("exaggeration", 1.0),
         ];
         for (field, value) in fields {

@@ -19,14 +19,14 @@ pub(super) fn document(scene: &X3dScene<'_>) -> Result<String, X3dError> {
     let encoded = |error: crate::export::image::ImageError| X3dError::Texture(error.to_string());
     let tiles = Tiles::new(mesh, &frame, scene.deviations);
     let words = tiles.as_ref().map_or(&[][..], |tiles| &tiles.words);
-    let textures = Textures::new(scene.deviations, scene.colour_range, words).map_err(encoded)?;
+    let textures = Textures::new(scene.deviations, &scene.scale, words).map_err(encoded)?;
     let modes = Mode::all(tiles.is_some());
     let mut out = String::new();
     head(scene, &mut out);
     let _ = writeln!(out, "  <Scene>");
     world(scene, &frame, tiles.is_some(), &mut out);
     viewpoints(&modes, &frame, &mut out);
-    annotations::legend(scene.colour_range, &frame, &mut out);
+    annotations::legend(&scene.scale, &frame, &mut out);
     annotations::scale_bar(&frame, &mut out);
     let rotation = list_of(axis_angle(frame.upright), 9);
     let _ = writeln!(out, "    <Transform rotation='{rotation}'>\n      <Switch DEF='Mode' whichChoice='0'>");
@@ -73,7 +73,7 @@ fn world(scene: &X3dScene<'_>, frame: &Frame, tiled: bool, out: &mut String) {
         out,
         "      <MetadataSet name='deviations' containerField='metadata' reference='millimetres; positive: scan outside model'>"
     );
-    let settings = [("maximum distance", scene.deviations.max_distance), ("colour range", scene.colour_range)];
+    let settings = [("maximum distance", scene.deviations.max_distance), ("colour range", scene.scale.end)];
     for (name, value) in settings {
         let _ = writeln!(out, "        <MetadataDouble name='{name}' value='{value}' containerField='value'/>");
     }

@@ -3,6 +3,7 @@
 use super::frame::Frame;
 use super::numbers::{list, number};
 use super::scan::simplified;
+use crate::export::section::segments;
 use crate::mesh::TriangleMesh;
 use glam::DVec3;
 use std::fmt::Write;
@@ -44,18 +45,8 @@ pub(super) fn outline(mesh: &TriangleMesh, colour: &str, frame: &Frame, out: &mu
     out.push_str("'/></LineSet></Shape>\n");
 }
 
-/// Where triangles cross the plane. A corner in the plane counts as before it, so that an edge in it is met once.
+/// Where triangles cross the plane, in the file's coordinates.
 fn cut(mesh: &TriangleMesh, frame: &Frame) -> Vec<[DVec3; 2]> {
-    let normal = normal(frame);
-    let crossing = |triangle: &[u32; 3]| {
-        let corners = triangle.map(|v| frame.local(mesh.positions[v as usize]));
-        let heights = corners.map(|p| normal.dot(p));
-        let mut ends = [0, 1, 2].into_iter().filter_map(|k| {
-            let (a, b) = (k, (k + 1) % 3);
-            let crosses = (heights[a] >= 0.0) != (heights[b] >= 0.0);
-            crosses.then(|| corners[a].lerp(corners[b], heights[a] / (heights[a] - heights[b])))
-        });
-        Some([ends.next()?, ends.next()?])
-    };
-    mesh.triangles.iter().filter_map(crossing).collect()
+    let segments = segments(mesh, frame.centre, normal(frame)).into_iter();
+    segments.map(|segment| segment.ends.map(|end| end - frame.centre)).collect()
 }

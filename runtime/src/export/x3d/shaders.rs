@@ -1,10 +1,12 @@
 //! The shaders, from their files, with their common parts inserted.
 
 use crate::export::colormap::diverging;
+use crate::export::scale::BANDS;
 use std::fmt::Write;
 
 const COMMON: &str = include_str!("glsl/common.glsl");
 const COLOUR: &str = include_str!("glsl/colour.glsl");
+const SCALED: &str = include_str!("glsl/scale.glsl");
 const TEXEL: &str = include_str!("glsl/texel.glsl");
 const TILE_VERTEX: &str = include_str!("glsl/tile.vert");
 const TILE_FRAGMENT: &str = include_str!("glsl/tile.frag");
@@ -45,6 +47,7 @@ pub(super) fn tiles(dialect: Dialect) -> [(&'static str, String); 2] {
 /// The complete source of a stage.
 pub(in crate::export) fn complete(source: &str) -> String {
     let inserted = source.replace("//!common\n", COMMON).replace("//!texel\n", TEXEL);
+    let inserted = inserted.replace("//!scaled\n", &SCALED.replace("//!bands", &format!("{BANDS}.0")));
     inserted.replace("//!colour\n", &COLOUR.replace("//!scale\n", &scale()))
 }
 

@@ -1,6 +1,7 @@
 use super::scan::simplified;
 use super::{MetadataGroup, X3dError, X3dScene, write};
 use crate::export::colormap::diverging;
+use crate::export::scale::Scale;
 use crate::mesh::{Group, TriangleMesh};
 use crate::model::{Motion, Tessellation, Texels};
 use crate::variance::Deviations;
@@ -53,7 +54,7 @@ fn scene<'a>(
         tessellation,
         deviations,
         scan: &tessellation.mesh,
-        colour_range: 2.5,
+        scale: Scale::continuous(2.5),
         turned: Motion::IDENTITY.rotation,
         title: "A <plate> & 'more'",
         metadata,

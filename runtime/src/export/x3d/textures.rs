@@ -2,6 +2,7 @@
 
 use crate::export::colormap::{AMBIGUOUS, BURIED, CONTRADICTED, FILLED, NO_DATA, diverging};
 use crate::export::image::{self, ImageError};
+use crate::export::scale::Scale;
 use crate::variance::{Deviations, DistanceTexture, FINE_CODE, fine_end};
 
 /// Ends of the colour scale up to which distances have fine steps: what is farther is rare.
@@ -32,9 +33,9 @@ pub(super) struct Textures {
 }
 
 impl Textures {
-    pub(super) fn new(deviations: &Deviations, colour_range: f64, words: &[[u8; 3]]) -> Result<Self, ImageError> {
-        let fine = fine_end(FINE * colour_range, deviations.max_distance);
-        let texture = DistanceTexture::finer(deviations, FINE * colour_range);
+    pub(super) fn new(deviations: &Deviations, scale: &Scale, words: &[[u8; 3]]) -> Result<Self, ImageError> {
+        let fine = fine_end(FINE * scale.end, deviations.max_distance);
+        let texture = DistanceTexture::finer(deviations, FINE * scale.end);
         let (width, height) = (texture.width, texture.height);
         let millimetres = |code: u8| match code.checked_sub(FINE_CODE) {
             None => f64::from(code) / f64::from(FINE_CODE) * fine,
@@ -50,7 +51,7 @@ impl Textures {
                 }
                 _ => -millimetres(inward),
             };
-            (STEPS + (distance / colour_range * f64::from(STEPS)).round().clamp(-24.0, 24.0) as i32) as u8
+            (STEPS + (scale.place(distance) * f64::from(STEPS)).round() as i32) as u8
         };
         let [columns, rows] = [width, height].map(|n| n as usize);
         let step = columns.max(rows).div_ceil(COLOURED_SIDE);
@@ -59,9 +60,9 @@ impl Textures {
             let codes = texture.rgb.as_chunks::<3>().0;
             sampled.map(|i| colour(codes[i])).collect()
         };
-        let scale = (-STEPS..=STEPS).map(|step| diverging(f64::from(step) / f64::from(STEPS)));
+        let colours = (-STEPS..=STEPS).map(|step| diverging(f64::from(step) / f64::from(STEPS)));
         let palette: Vec<u8> =
-            scale.chain([NO_DATA]).chain(CLASSES.map(|(_, colour)| colour)).collect::<Vec<_>>().concat();
+            colours.chain([NO_DATA]).chain(CLASSES.map(|(_, colour)| colour)).collect::<Vec<_>>().concat();
         let mut coded = texture.rgb;
         coded.extend_from_slice(words.as_flattened());
         let sides = [columns, (coded.len() / 3 / columns).next_power_of_two()];

@@ -95,10 +95,20 @@ function readTexels(bytes) {
   return texels;
 }
 
-// The colour of a deviation in steps, as three bytes, on a scale that ends at `colourRange` millimetres.
-function colourOf(steps, { colourRange } = scene) {
-  const last = scene.scale.length - 1;
-  const place = Math.min(Math.max((steps * scene.step / colourRange + 1) / 2, 0), 1) * last;
+// The place of a deviation (millimetres) on the scale from -1 to 1. Within `neutral`, if there is such a range, it is 0,
+// and beyond there are `steps` up to `colourRange`, if there are any; scale.rs says the same.
+function placeOnScale(deviation, { colourRange, neutral, steps }) {
+  if (!neutral) return Math.min(Math.max(deviation / colourRange, -1), 1);
+  const above = deviation > neutral[1], excess = above ? deviation - neutral[1] : neutral[0] - deviation;
+  if (excess <= 0) return 0;
+  if (!steps) return Math.min(Math.max(deviation / colourRange, -1), 1);
+  const width = Math.max(colourRange - Math.max(...neutral.map(Math.abs)), 1e-9) / steps;
+  return (above ? 1 : -1) * Math.min(Math.ceil(excess / width), steps) / steps;
+}
+
+// The colour of a deviation in steps of the data, as three bytes.
+function colourOf(steps, scale = scene) {
+  const last = scene.scale.length - 1, place = (placeOnScale(steps * scene.step, scale) + 1) / 2 * last;
   const below = Math.min(Math.floor(place), last - 1), share = place - below;
   return scene.scale[below].map((c, k) => Math.round(c * (1 - share) + scene.scale[below + 1][k] * share));
 }
@@ -107,16 +117,37 @@ function drawMap(texels) {
   const canvas = element('map');
   [canvas.width, canvas.height] = [scene.width, scene.height];
   const context = canvas.getContext('2d'), image = context.createImageData(scene.width, scene.height);
-  const colours = new Map();
+  const colours = new Map(), stripes = Math.max(Math.floor(scene.width / 85), 6);
   for (let i = 0; i < scene.width * scene.height; i++) {
     const [steps, kind] = [texels[2 * i], texels[2 * i + 1]];
     if (kind === 0) continue;
     let colour = kind > 1 ? scene.classes[kind - 2] : colours.get(steps);
     if (!colour) colours.set(steps, colour = colourOf(steps));
+    // What has no data is not to pass for a deviation of zero.
+    if (kind === 2 && (i % scene.width + Math.floor(i / scene.width)) % stripes >= stripes / 2) colour = colour.map(c => 0.55 * c);
     image.data.set(colour, 4 * i);
     image.data[4 * i + 3] = 255;
   }
   context.putImageData(image, 0, 0);
+  nameParts(context);
+}
+
+// The names of the parts on their charts.
+function nameParts(context) {
+  context.textBaseline = 'middle';
+  context.textAlign = 'center';
+  for (const { text, at, extent, upwards } of scene.names) {
+    const [wide, high] = upwards ? [extent[1], extent[0]] : extent;
+    context.save();
+    context.translate(at[0] + extent[0] / 2, at[1] + extent[1] / 2);
+    if (upwards) context.rotate(-Math.PI / 2);
+    context.fillStyle = '#26262a';
+    context.fillRect(-wide / 2, -high / 2, wide, high);
+    context.fillStyle = '#ebebeb';
+    context.font = `${0.72 * high}px sans-serif`;
+    context.fillText(text, 0, 0, 0.94 * wide);
+    context.restore();
+  }
 }
 
 const texelData = unpacked('texels').then(readTexels);

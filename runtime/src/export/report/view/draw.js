@@ -90,8 +90,8 @@ class Drawing {
     if (at.step) gl.uniform1f(at.step, step);
     if (at.classes) gl.uniform3fv(at.classes, classes.flat().map(c => c / 255));
     if (at.colourRange) gl.uniform1f(at.colourRange, settings.colourRange);
-    if (at.bands) gl.uniform1f(at.bands, settings.bands);
-    if (at.neutral) gl.uniform2fv(at.neutral, settings.neutral);
+    if (at.bands) gl.uniform1f(at.bands, settings.steps);
+    if (at.neutral) gl.uniform2fv(at.neutral, settings.neutral || [1, -1]);
     if (at.exaggeration) gl.uniform1f(at.exaggeration, settings.exaggeration);
   }
 

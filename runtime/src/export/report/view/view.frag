@@ -46,7 +46,12 @@ void main() {
   } else {
     float deviation = float(found.x) * step;
     if (deviation >= neutral.x && deviation <= neutral.y) deviation = 0.0;
-    else if (bands > 0.5) deviation = sign(deviation) * (floor(min(abs(deviation) / colourRange, 0.9999) * bands) + 0.5) / bands * colourRange;
+    else if (bands > 0.5 && neutral.x <= neutral.y) {
+      // Steps of one width on both sides, from the limits on; data.js says the same.
+      float width = max(colourRange - max(abs(neutral.x), abs(neutral.y)), 1e-9) / bands;
+      float excess = deviation > neutral.y ? deviation - neutral.y : neutral.x - deviation;
+      deviation = (deviation > neutral.y ? 1.0 : -1.0) * min(ceil(excess / width), bands) / bands * colourRange;
+    } else if (bands > 0.5) deviation = sign(deviation) * (floor(min(abs(deviation) / colourRange, 0.9999) * bands) + 0.5) / bands * colourRange;
     scale = colour(deviation);
   }
   fragment = vec4(lit(coloured > 0.5 ? scale : vec3(0.74, 0.76, 0.79), eye), opacity);

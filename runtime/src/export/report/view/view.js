@@ -16,8 +16,8 @@
       scan: element('scan-points').checked,
       hidden: new Set([...document.querySelectorAll('#parts input')].flatMap((box, part) => box.checked ? [] : [part])),
       colourRange: Math.max(Number(element('range').value), scene.step) || scene.colourRange,
-      bands: element('bands').checked ? 5 : 0,
-      neutral: tolerance || [1, -1],
+      steps: element('bands').checked ? (tolerance ? scene.steps : 5) : 0,
+      neutral: tolerance,
       axis: on ? k : null, height,
       plane: on ? [...normal, -height] : [0, 0, 0, -1],
     };

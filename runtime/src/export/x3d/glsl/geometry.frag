@@ -9,8 +9,9 @@ uniform sampler2D distances;
 
 //!common
 //!colour
+//!scaled
 void main() {
   vec2 found = deviation(texture2D(distances, texCoord).rgb, floor(hits + 0.5));
   if (known < 0.9999 || found.y < 0.5) discard;
-  gl_FragColor = vec4(lit(colour(found.x), eye), 1.0);
+  gl_FragColor = vec4(lit(scaled(found.x), eye), 1.0);
 }

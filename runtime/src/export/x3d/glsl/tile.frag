@@ -10,9 +10,10 @@ uniform sampler2D distances;
 
 //!common
 //!colour
+//!scaled
 //!texel
 void main() {
   vec2 found = deviation(texelFetch(distances, texelAt(texCoord), 0).rgb, hits);
   if (known < 0.9999 || found.y < 0.5) discard;
-  fragment = vec4(lit(colour(found.x), eye), 1.0);
+  fragment = vec4(lit(scaled(found.x), eye), 1.0);
 }
