@@ -7,7 +7,7 @@ use crate::cli::{self, Cli};
 use crate::error::CommandError;
 use crate::files::{self, folder_of};
 use clap::parser::ValueSource;
-use clap::{ArgMatches, Command, CommandFactory, FromArgMatches};
+use clap::{ArgMatches, Command, FromArgMatches};
 use gml_compiler::suggest::nearest;
 use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
@@ -47,15 +47,21 @@ const MEASUREMENT: &[&str] = &[
     "points",
 ];
 const UNIT: &[&str] = &["unit"];
+/// Options of a comparison.
+const COMPARISON: &[&str] = &["max-distance", "align", "resolution"];
 
 /// The commands that take defaults, with what may be set for each.
-const COMMANDS: [(&str, &[&[&str]]); 5] = [
+const COMMANDS: [(&str, &[&[&str]]); 6] = [
     ("mesh", &[MESH]),
     ("scan", &[SCANNER]),
     ("fit", &[UNIT, FIT]),
     ("variance", &[UNIT, MEASUREMENT]),
     ("inspect", &[UNIT, FIT, MEASUREMENT]),
+    ("compare", &[COMPARISON]),
 ];
+
+/// The arguments that may be the script beside which the file lies: the first that is one.
+const SCRIPTS: [&str; 4] = ["model", "reference", "a", "b"];
 
 /// The defaults that this process works with.
 #[derive(Debug)]
@@ -79,7 +85,7 @@ pub(crate) fn of_process() -> Option<&'static Defaults> {
 /// Parses a command line, with the defaults beside its script. Help and errors of the command line itself end the
 /// process.
 pub(crate) fn parse(words: Vec<OsString>) -> Result<Cli, CommandError> {
-    let all = Cli::command();
+    let all = cli::definition();
     let mut matches = match (all.clone().try_get_matches_from(&words), cli::divided(&words)) {
         (Ok(matches), _) => matches,
         (Err(_), Some(divided)) => return Err(CommandError::Usage(divided)),
@@ -103,8 +109,8 @@ pub(crate) fn say() {
 fn beside(all: &Command, matches: &ArgMatches, words: &[OsString]) -> Result<Option<Defaults>, CommandError> {
     let Some((name, of_command)) = matches.subcommand() else { return Ok(None) };
     let takes = COMMANDS.iter().any(|(command, _)| *command == name);
-    let script = ["model", "reference"].into_iter().find_map(|id| of_command.try_get_one::<PathBuf>(id).ok().flatten());
-    let Some(script) = script.filter(|path| takes && path.extension() == Some(OsStr::new("gml"))) else {
+    let given = SCRIPTS.into_iter().filter_map(|id| of_command.try_get_one::<PathBuf>(id).ok().flatten());
+    let Some(script) = given.filter(|path| takes && path.extension() == Some(OsStr::new("gml"))).next() else {
         return Ok(None);
     };
     let path = folder_of(script).join(FILE);
@@ -201,7 +207,7 @@ fn unknown_command(name: &str) -> String {
 }
 
 fn unknown_option(command: &str, option: &str, known: &[&[&str]]) -> String {
-    let all = Cli::command();
+    let all = cli::definition();
     let exists = all.find_subcommand(command).is_some_and(|c| c.get_arguments().any(|a| a.get_long() == Some(option)));
     if exists {
         return format!("`{option}` has no default here: only options that name no files and raise no limits have one");
@@ -214,7 +220,7 @@ fn unknown_option(command: &str, option: &str, known: &[&[&str]]) -> String {
 
 /// An option as the command line has it: `--tolerance=0.2mm`, `--coverage`, or nothing for a flag that is not set.
 fn word(command: &str, option: &str, value: &Spanned<DeValue<'_>>) -> Result<Option<String>, String> {
-    let all = Cli::command();
+    let all = cli::definition();
     let arg = all.find_subcommand(command).and_then(|c| c.get_arguments().find(|a| a.get_long() == Some(option)));
     let takes_value = arg.is_some_and(|arg| arg.get_action().takes_values());
     match (value.get_ref(), takes_value) {
@@ -252,7 +258,7 @@ mod tests {
     /// No option of the lists names a file, and each is one of its command.
     #[test]
     fn defaults_are_options_that_name_no_files() {
-        let all = Cli::command();
+        let all = cli::definition();
         for (command, groups) in COMMANDS {
             let arguments = all.find_subcommand(command).expect("a command");
             for name in groups.iter().copied().flatten() {

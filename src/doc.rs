@@ -7,13 +7,15 @@ use gml_compiler::program::Failed;
 use gml_compiler::reference::{self, Document};
 use gml_compiler::source::Sources;
 use gml_runtime::export::atomic;
+use serde_json::json;
 use std::path::Path;
 
 pub(crate) fn run(args: &DocArgs) -> Result<(), CommandError> {
     let pages = if args.script == Path::new("std") { reference::library() } else { vec![page(&args.script)?] };
     let Some(folder) = &args.output else {
         let texts: Vec<&str> = pages.iter().map(|p| p.text.as_str()).collect();
-        print!("{}", texts.join("\n"));
+        let page = |page: &Document| json!({ "name": page.name, "text": page.text });
+        args.json.print_text(&texts.join("\n"), || json!({ "pages": pages.iter().map(page).collect::<Vec<_>>() }));
         return Ok(());
     };
     outputs::make_folder(folder)?;
@@ -23,6 +25,8 @@ pub(crate) fn run(args: &DocArgs) -> Result<(), CommandError> {
         atomic::write(&path, page.text.as_bytes()).map_err(CommandError::failed)?;
     }
     if let Some(first) = pages.first() {
+        let names: Vec<&str> = pages.iter().map(|page| page.name.as_str()).collect();
+        args.json.print_text("", || json!({ "output": folder, "files": names }));
         outputs::wrote_files(folder, &first.name, pages.len());
     }
     Ok(())

@@ -1,23 +1,23 @@
 //! `gmlc completions` and `gmlc man`: what shells and `man` show of the command line, made from its definition, so that
 //! neither can differ from `--help`.
 
-use crate::cli::{Cli, CompletionsArgs, ManArgs};
+use crate::cli::{self, CompletionsArgs, ManArgs};
 use crate::error::CommandError;
 use crate::outputs;
-use clap::{Command, CommandFactory};
+use clap::Command;
 use gml_runtime::export::atomic;
 
 /// `gmlc completions SHELL`.
 pub(crate) fn completions(args: &CompletionsArgs) -> Result<(), CommandError> {
     let mut script = Vec::new();
-    clap_complete::generate(args.shell, &mut Cli::command(), "gmlc", &mut script);
+    clap_complete::generate(args.shell, &mut cli::definition(), "gmlc", &mut script);
     print!("{}", String::from_utf8_lossy(&script));
     Ok(())
 }
 
 /// `gmlc man`.
 pub(crate) fn pages(args: &ManArgs) -> Result<(), CommandError> {
-    let mut all = Cli::command();
+    let mut all = cli::definition();
     // Subcommands know the name of the whole command only then.
     all.build();
     if let Some(folder) = &args.output {

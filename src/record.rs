@@ -1,12 +1,12 @@
 //! What a command was run with: its words, its options, the files that it read, and what the user states of the work.
 
-use crate::cli::{self, Cli, ReportArgs};
+use crate::cli::{self, ReportArgs};
 use crate::defaults;
 use crate::error::CommandError;
 use crate::files::{self, folder_of};
 use crate::values::LONGEST_FIELD;
 use clap::parser::ValueSource;
-use clap::{ArgMatches, Command, CommandFactory};
+use clap::{ArgMatches, Command};
 use gml_compiler::program::Program;
 use gml_compiler::source::SourceFile;
 use gml_runtime::export::report::Scripts;
@@ -29,7 +29,7 @@ pub(crate) fn of_process(report: &ReportArgs, script: &Path) -> Result<Record, C
         *first = "gmlc".into();
     }
     let command: Vec<String> = words.iter().map(|word| word.to_string_lossy().into_owned()).collect();
-    let all = Cli::command();
+    let all = cli::definition();
     let defaults = defaults::of_process();
     let words = defaults.map_or_else(|| cli::with_negative_values(words), |defaults| defaults.words.clone());
     let matches = all.clone().try_get_matches_from(words).map_err(CommandError::usage)?;

@@ -65,6 +65,8 @@ pub(crate) struct DiffArgs {
     /// Differentiate only with respect to this parameter
     #[arg(long, value_name = "NAME")]
     pub(crate) wrt: Option<String>,
+    #[command(flatten)]
+    pub(crate) json: JsonArgs,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -89,6 +91,8 @@ pub(crate) struct EmitArgs {
     /// The stage to print
     #[arg(long, value_enum)]
     pub(crate) stage: Stage,
+    #[command(flatten)]
+    pub(crate) json: JsonArgs,
 }
 
 #[derive(Debug, Args)]
@@ -104,6 +108,8 @@ pub(crate) struct DocArgs {
     /// Folder for the pages [default: they are printed]
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) json: JsonArgs,
 }
 
 #[derive(Debug, Args)]

@@ -17,7 +17,7 @@ use crate::error::CommandError;
 use crate::outputs;
 use crate::values;
 use crate::verbosity::Verbosity;
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use gml_compiler::check::InputValue;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -47,6 +47,30 @@ Exit status: 0 success; 1 an error in a script, a scan or another file, or no re
 2 an error in the command line; 3 a part or a measure does not conform to its tolerance; 4 it is
 undecided whether one does, or the fit did not converge, or explains fewer than half of the scan's
 points. All files are written with 3 and 4.";
+
+/// What a status other than 0 and 2 means, by command.
+const STATUSES: [(&[&str], &str); 6] = [
+    (&["check"], "1 the script has errors"),
+    (&["fmt"], "1 a script has errors, or with --check, is not formatted"),
+    (&["fit"], "1 no fit, or an interrupted one; 4 the fit, which is written, cannot be relied on"),
+    (
+        &["variance", "inspect"],
+        "1 no result; all files are written with 3, a part or a measure does not conform\nto its tolerance, and with 4, it is \
+         undecided whether one does, or the fit cannot be relied on",
+    ),
+    (&["repl"], "1 without a terminal: an entry has failed"),
+    (&[], "1 an error in a script or another file, or no result"),
+];
+
+/// The definition of the command line, with the exit statuses in the help of every command.
+pub(crate) fn definition() -> clap::Command {
+    Cli::command().mut_subcommands(|command| {
+        let is_named = |names: &[&str]| names.is_empty() || names.contains(&command.get_name());
+        let meaning = STATUSES.iter().find(|(names, _)| is_named(names)).map_or("", |(_, meaning)| meaning);
+        let help = command.get_after_help().map_or_else(String::new, |help| format!("{help}\n\n"));
+        command.after_help(format!("{help}Exit status: 0 success; {meaning}; 2 an error in the command line"))
+    })
+}
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
@@ -181,6 +205,15 @@ impl JsonArgs {
             return Err(CommandError::usage("--json and -o - both write to standard output; leave one out"));
         }
         Ok(())
+    }
+
+    /// Prints a result that is a text: as it is, or as JSON.
+    pub(crate) fn print_text(self, text: &str, result: impl FnOnce() -> serde_json::Value) {
+        if self.json {
+            println!("{:#}", result());
+        } else {
+            print!("{text}");
+        }
     }
 
     /// Prints a result: as JSON, or in a line, which is a note where the output itself is on standard output.

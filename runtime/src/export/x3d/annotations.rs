@@ -57,10 +57,16 @@ pub(super) fn legend(scale: &Scale, frame: &Frame, out: &mut String) {
         text(&[&format!("{sign}{}", figure(tick))], LETTERS, false, out);
         out.push_str("</Transform>\n");
     }
-    for (words, y) in [(["scan outside", "mm"], height / 2.0 + 0.04), (["scan inside", ""], -height / 2.0 - 0.03)] {
+    let below = -height / 2.0 - 0.03;
+    let words: [(&[&str], f64); 3] = [
+        (&["scan outside", "mm"], height / 2.0 + 0.04),
+        (&["scan inside"], below),
+        (&["striped: no data"], below - 0.04),
+    ];
+    for (words, y) in words {
         let y = number(y, 6);
         let _ = write!(out, "      <Transform translation='0 {y} 0'>");
-        text(if words[1].is_empty() { &words[..1] } else { &words }, LETTERS, true, out);
+        text(words, LETTERS, true, out);
         out.push_str("</Transform>\n");
     }
     out.push_str("      </Transform>\n      </Transform>\n    </Transform>\n");
@@ -100,6 +106,14 @@ fn bar(scale: &Scale, out: &mut String) {
     let share = |c: u8| number(f64::from(c) / 255.0, 3);
     list((0..STEPS).flat_map(|k| [colour(k); 4]).map(|c| c.map(share)), out);
     out.push_str("'/></IndexedTriangleSet></Shape>\n");
+    // The middle of the scale is as bright as the background.
+    let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0)];
+    let corners = corners.map(|(x, y)| list_of([x * width / 2.0, y * height / 2.0, 0.0], 5)).join(",");
+    let _ = writeln!(
+        out,
+        "      <Shape><Appearance><Material diffuseColor='0 0 0' emissiveColor='{INK}'/></Appearance>\
+         <LineSet vertexCount='5'><Coordinate point='{corners}'/></LineSet></Shape>"
+    );
 }
 
 /// A bar of a round length below the model, which turns to the viewer.
@@ -163,7 +177,7 @@ pub(super) fn names(parts: &[Part], mesh: &TriangleMesh, frame: &Frame, out: &mu
         let at = frame.local(mesh.positions[*vertex as usize]);
         let end = |share: f64| at + share * frame.radius * direction.normalize_or(DVec3::Z);
         let place = |p: DVec3| list_of(p.to_array(), frame.decimals);
-        let (from, to, beyond) = (place(at), place(end(0.24)), place(end(0.3)));
+        let (from, to, beyond) = (place(at), place(end(0.2)), place(end(0.25)));
         let _ = write!(
             out,
             "            <Shape><Appearance><Material diffuseColor='0 0 0' emissiveColor='{INK}'/></Appearance>\
