@@ -17,6 +17,10 @@ const BETTER: f64 = 1.02;
 /// the centre of gravity is by so much of the model's size beside the axis.
 const ASIDE: f64 = 0.01;
 
+/// The share of the surface that must lie about the axis of a part: a bent pipe is no body of revolution, though its
+/// bend is a part of a torus, along whose axis a cut would show a ring.
+const MOSTLY: f64 = 0.75;
+
 /// The number of parts whose axes are tried, the largest ones: each is held against all of the surface.
 const TRIED: usize = 16;
 
@@ -33,7 +37,7 @@ struct Face {
 /// A line: a point, and a unit direction.
 type Axis = (DVec3, DVec3);
 
-/// The view of a mesh that is cut open along the axis about which most of its surface lies, or else along its own
+/// The view of a mesh that is cut open along the axis about which nearly all of its surface lies, or else along its own
 /// upright one, so that the profile is seen. Where something stands out to one side, as a handle does, the plane
 /// contains that; otherwise it faces the front. `turned` is the rotation from the model's own frame, row by row.
 #[must_use]
@@ -54,7 +58,7 @@ pub fn cut_open(mesh: &TriangleMesh, turned: &[[f64; 3]; 3]) -> View {
     let mut most = about(&axis);
     for candidate in groups.iter().take(TRIED).filter_map(|group| axis_of(group)) {
         let share = about(&candidate);
-        if share > BETTER * most && share > 0.5 * area {
+        if share > BETTER * most && share > MOSTLY * area {
             (axis, most) = (candidate, share);
         }
     }

@@ -151,6 +151,37 @@ fn a_cut_contains_the_axis() {
     assert!((cut.normal - DVec3::NEG_Y).length() < 1e-6, "{cut:?}");
 }
 
+/// A bent pipe has no axis of its own: a quarter of a torus and a straight end are cut in the plane of the bend.
+#[test]
+fn a_bent_pipe_is_cut_in_its_plane() {
+    let mut mesh = TriangleMesh::default();
+    let ring = |middle: DVec3, out: DVec3| {
+        (0..24).map(move |i| {
+            let turn = f64::from(i) * std::f64::consts::TAU / 24.0;
+            (middle + 10.0 * (turn.cos() * out + turn.sin() * DVec3::Y)).to_array()
+        })
+    };
+    // From the height of -60 upwards, then by a quarter turn towards +x about (40, y, 0).
+    let straight = (0..=12).map(|k| (DVec3::new(0.0, 0.0, -60.0 + 5.0 * f64::from(k)), DVec3::NEG_X));
+    let bend = (1..=12).map(|k| {
+        let (sin, cos) = (f64::from(k) * std::f64::consts::FRAC_PI_2 / 12.0).sin_cos();
+        (DVec3::new(40.0 - 40.0 * cos, 0.0, 40.0 * sin), DVec3::new(-cos, 0.0, sin))
+    });
+    let rings: Vec<(DVec3, DVec3)> = straight.chain(bend).collect();
+    rings.iter().for_each(|(middle, out)| mesh.positions.extend(ring(*middle, *out)));
+    for k in 0..rings.len() as u32 - 1 {
+        for i in 0..24 {
+            let [a, b] = [i, (i + 1) % 24].map(|i| 24 * k + i);
+            mesh.triangles.extend([[a, b, a + 24], [b, b + 24, a + 24]]);
+        }
+    }
+    let group = |name: &str, start, end| Group { name: name.to_owned(), start, end };
+    mesh.groups = vec![group("straight", 0, 576), group("bend", 576, 1152)];
+    let cut = cut_open(&mesh, &Motion::IDENTITY.rotation).cut.expect("a cut");
+    // The diagonals of the quadrilaterals are not symmetric.
+    assert!((cut.normal - DVec3::NEG_Y).length() < 0.02, "{cut:?}");
+}
+
 #[test]
 fn translucent_layers_let_through() {
     let (high, low) = (square(1.0), square(-1.0));
