@@ -226,3 +226,104 @@ fn the_report_works_in_a_browser() {
     assert_eq!(browser.value("document.querySelectorAll('#label-rows tr').length").as_u64(), count);
     assert_eq!(browser.complaints(), [] as [String; 0]);
 }
+
+/// Columns of a stored picture, and of what is compared with it: so few that edges and noise are averaged.
+const COLUMNS: usize = 200;
+
+/// The largest mean difference of channels from a stored picture, and the largest share of pixels of which a channel is
+/// off by more than 40, of 255 levels. Two machines' software renderers differ at edges, by 0.2 and 0.1 %; a view from
+/// another side, a scale of half the width, or a missing part differ by 4 and 8 % or more.
+const MEAN: f64 = 1.5;
+const OFF: f64 = 0.02;
+
+/// The view of two examples looks as it did. `GMLC_UPDATE=1` stores what it looks like now.
+#[test]
+fn the_view_looks_as_it_did() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    let Some(mut browser) = Browser::start(at) else { return };
+    browser.width(1200);
+    for (name, change, tolerance) in [("can", "body_radius=34mm", None), ("flange", "rim=86mm", Some("0.5mm"))] {
+        let script = example(&format!("{name}/{name}.gml"));
+        gmlc(
+            at,
+            &[
+                "scan",
+                &script,
+                "-p",
+                change,
+                "--no-pose",
+                "--noise",
+                "0.02mm",
+                "--outliers",
+                "0",
+                "-o",
+                "scan.ply",
+                "-q",
+            ],
+        );
+        let options = tolerance.map(|t| ["--tolerance", t]);
+        let options = options.as_ref().map_or(&[][..], |options| options);
+        let args = ["variance", &script, "scan.ply", "-o", name, "--resolution", "256", "-q"];
+        gmlc_in(at, &[&args[..], options].concat());
+        browser.open(&at.join(name).join("report.html"));
+        let seen = browser.view();
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("tests/suite/pictures/{name}.png"));
+        if std::env::var_os("GMLC_UPDATE").is_some() {
+            store(&path, &seen);
+        }
+        let (width, stored) = decoded(&fs::read(&path).expect("a stored picture"));
+        assert_eq!((width, stored.len()), (COLUMNS, seen.len()), "{name}: the view has another size");
+        let differences: Vec<u8> = seen.iter().zip(&stored).map(|(a, b)| a.abs_diff(*b)).collect();
+        let mean = differences.iter().map(|d| f64::from(*d)).sum::<f64>() / differences.len() as f64;
+        let off = differences.chunks(3).filter(|pixel| pixel.iter().any(|d| *d > 40)).count();
+        let off = off as f64 / (differences.len() / 3) as f64;
+        assert!(mean < MEAN && off < OFF, "{name}: a mean of {mean:.2}, and {:.1} % off by more than 40", 100.0 * off);
+    }
+}
+
+impl Browser {
+    /// The canvas of the view without its labels, whose letters differ between machines: means of squares of pixels.
+    fn view(&mut self) -> Vec<u8> {
+        let place = self.value(
+            "new Promise(done => { const c = document.getElementById('canvas'); c.scrollIntoView({ block: 'center' }); \
+             for (const e of c.parentElement.children) if (e !== c) e.style.visibility = 'hidden'; \
+             requestAnimationFrame(() => requestAnimationFrame(() => { const b = c.getBoundingClientRect(); \
+             done([b.left + scrollX, b.top + scrollY, b.width, b.height]); })); })",
+        );
+        let at = |k: usize| place[k].as_f64().expect("a number").round();
+        let clip = json!({ "x": at(0), "y": at(1), "width": at(2), "height": at(3), "scale": 1 });
+        let shot = self.ask("Page.captureScreenshot", json!({ "clip": clip, "captureBeyondViewport": true }));
+        let png = base64::engine::general_purpose::STANDARD.decode(shot["data"].as_str().expect("data"));
+        let (width, pixels) = decoded(&png.expect("base64"));
+        let side = width / COLUMNS;
+        let rows = pixels.len() / 3 / width / side;
+        let mut means = Vec::with_capacity(3 * rows * COLUMNS);
+        for (y, x, channel) in (0..rows).flat_map(|y| (0..COLUMNS).flat_map(move |x| [0, 1, 2].map(|c| (y, x, c)))) {
+            let places = (0..side).flat_map(|j| (0..side).map(move |i| ((y * side + j) * width + x * side + i) * 3));
+            let sum: usize = places.map(|place| usize::from(pixels[place + channel])).sum();
+            means.push((sum / (side * side)) as u8);
+        }
+        means
+    }
+}
+
+/// The width and the colours of a PNG file.
+fn decoded(file: &[u8]) -> (usize, Vec<u8>) {
+    let mut reader = png::Decoder::new(std::io::Cursor::new(file)).read_info().expect("a picture");
+    let mut pixels = vec![0; reader.output_buffer_size().expect("a size")];
+    let frame = reader.next_frame(&mut pixels).expect("pixels");
+    pixels.truncate(frame.buffer_size());
+    if frame.color_type == png::ColorType::Rgba {
+        pixels = pixels.chunks(4).flat_map(|p| [p[0], p[1], p[2]]).collect();
+    }
+    (frame.width as usize, pixels)
+}
+
+fn store(path: &Path, pixels: &[u8]) {
+    fs::create_dir_all(path.parent().expect("a folder")).expect("made");
+    let mut encoder =
+        png::Encoder::new(File::create(path).expect("a file"), COLUMNS as u32, (pixels.len() / 3 / COLUMNS) as u32);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.write_header().and_then(|mut writer| writer.write_image_data(pixels)).expect("written");
+}

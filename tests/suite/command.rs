@@ -366,3 +366,28 @@ fn a_reader_that_leaves_is_no_error() {
     let output = child.wait_with_output().expect("it ends");
     assert!(output.stderr.is_empty(), "{}", String::from_utf8_lossy(&output.stderr));
 }
+
+/// What is a text is JSON with the text in it.
+#[test]
+fn texts_are_printed_as_json() {
+    let folder = tempdir().expect("a folder");
+    let at = folder.path();
+    let parsed = |args: &[&str]| serde_json::from_str::<serde_json::Value>(&gmlc(at, args)).expect("JSON");
+    let cup = example("cup/cup.gml");
+    for (args, key, value) in [
+        (vec!["diff", &cup, "--wrt", "r"], "wrt", "r"),
+        (vec!["emit", &cup, "--stage", "ir"], "stage", "ir"),
+        (vec!["emit", &cup, "--stage", "ast"], "stage", "ast"),
+    ] {
+        let document = parsed(&[&args[..], &["--json"]].concat());
+        assert_eq!(document["text"], gmlc(at, &args));
+        assert_eq!(document[key], value);
+    }
+    let document = parsed(&["doc", &cup, "--json"]);
+    assert_eq!(
+        (&document["pages"][0]["name"], &document["pages"][0]["text"]),
+        (&"cup.md".into(), &gmlc(at, &["doc", &cup]).into())
+    );
+    let document = parsed(&["doc", &cup, "-o", "pages", "--json"]);
+    assert_eq!(document, serde_json::json!({ "output": "pages", "files": ["cup.md"] }));
+}

@@ -40,6 +40,19 @@ fn defaults_lie_beside_the_script() {
     assert!(!quiet.contains("gmlc.toml"), "{quiet}");
 }
 
+/// Of two things that are compared, the first script's defaults are taken.
+#[test]
+fn defaults_of_a_comparison() {
+    let folder = ball::fitted();
+    let at = folder.path();
+    fs::write(at.join("gmlc.toml"), "[compare]\nresolution = 64\n").expect("written");
+    for [a, b] in [["ball.gml", "fit.json"], ["fit.json", "./ball.gml"], ["scan.ply", "ball.gml"]] {
+        let output = gmlc_in(at, &["compare", a, b]);
+        let said = text(&output.stderr);
+        assert!(output.status.success() && said.contains("gmlc.toml: resolution"), "{a} {b}: {said}");
+    }
+}
+
 /// A file from elsewhere names no files, and what is wrong with it is said with its line.
 #[test]
 fn defaults_that_are_none_are_refused() {

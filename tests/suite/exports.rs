@@ -2,6 +2,7 @@
 
 use crate::support::{example, fails, gmlc, gmlc_in, json};
 use std::collections::{HashMap, HashSet};
+use std::io::Read;
 use std::path::Path;
 use tempfile::{TempDir, tempdir};
 
@@ -313,4 +314,31 @@ fn drawings_are_valid_and_load_nothing() {
     let section = std::fs::read_to_string(at.join("out/section.svg")).expect("text");
     assert!(section.contains("viewBox=\"0 0 860 ") && section.contains("times as long"), "{section}");
     assert!(section.contains("stroke=\"#1d2127\"") && section.contains("<g transform"), "{section}");
+}
+
+/// The compressed scene holds what the plain one does, and takes its place; both follow the tolerance.
+#[test]
+fn the_scene_is_compressed_if_that_is_asked_for() {
+    let folder = folder();
+    let at = folder.path();
+    let run = |options: &[&str]| {
+        gmlc_in(at, &[&MEASURE[..], &["--tolerance", "0.5mm", "-q", "-o", "out"], options].concat());
+    };
+    run(&[]);
+    let plain = std::fs::read_to_string(at.join("out/model.x3d")).expect("text");
+    run(&["--scene", "x3dz"]);
+    assert!(!at.join("out/model.x3d").exists(), "the folder is that of one run");
+    let packed = std::fs::read(at.join("out/model.x3dz")).expect("a scene");
+    assert!(5 * packed.len() < 3 * plain.len(), "{} of {}", packed.len(), plain.len());
+    let mut text = String::new();
+    flate2::read::GzDecoder::new(&*packed).read_to_string(&mut text).expect("gzip");
+    // But for the time of the run.
+    let rest = |text: &str| text.lines().filter(|line| !line.contains("name='time'")).collect::<Vec<_>>().join("\n");
+    assert!(rest(&text) == rest(&plain), "the scenes differ");
+    for field in ["'lowerLimit' value='-0.5'", "'upperLimit' value='0.5'", "'colourRange' value='1.5'"] {
+        assert!(text.contains(&format!("name={field}")), "{field}");
+    }
+    assert!(text.len() < 4_000_000, "{}", text.len());
+    let error = fails(at, &[&MEASURE[..], &["--scene", "x3db", "-o", "out"]].concat(), 2);
+    assert!(error.contains("x3d, x3dz"), "{error}");
 }

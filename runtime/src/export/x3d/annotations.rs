@@ -3,6 +3,7 @@
 use super::frame::Frame;
 use super::numbers::{list, list_of, number, quoted};
 use super::parts::Part;
+use super::viewpoints::TOWARD;
 use crate::export::escape::escape;
 use crate::export::round_up;
 use crate::export::scale::Scale;
@@ -18,6 +19,15 @@ const MOST_NAMES: usize = 24;
 
 /// Distance of a part's middle from the model's, in halves of its diagonal, from which on the part lies aside.
 const ASIDE: f64 = 0.3;
+
+/// Height of the letters of a name, the distance of its middle from the part, and the length of the line to it, in halves
+/// of the model's diagonal.
+const NAME: f64 = 0.065;
+const NAME_DISTANCE: f64 = 0.25;
+const LINE: f64 = 0.2;
+
+/// Directions that are tried for a name.
+const TRIES: usize = 12;
 
 /// Sizes of the legend, seen from a distance of 1: half the height of the view is 0.31.
 const BAR: [f64; 2] = [0.018, 0.36];
@@ -153,38 +163,74 @@ fn figure(value: f64) -> String {
     number(value, decimals as usize)
 }
 
-/// The direction in the scene in which the k-th name lies: by the golden angle about the axis from the front's left on,
+/// The k-th direction in the scene in which a name may lie: by the golden angle about the axis from the front's left on,
 /// so that the next one is far from all before.
 fn direction(k: usize) -> DVec3 {
     let (sin, cos) = (2.4 * k as f64 - 0.9).sin_cos();
     DVec3::new(sin, 0.35 - 0.1 * (k % 4) as f64, cos)
 }
 
-/// Names of the parts, each outside of the model's box with a line to a place of the part: around the model in turn, so
-/// that they do not hide each other.
+/// The place of a name in the picture of the first viewpoints: its middle, rightwards and upwards, and half its width and
+/// height. Millimetres.
+struct Label {
+    middle: [f64; 2],
+    half: [f64; 2],
+}
+
+impl Label {
+    fn overlaps(&self, other: &Label) -> bool {
+        (0..2).all(|k| (self.middle[k] - other.middle[k]).abs() < self.half[k] + other.half[k])
+    }
+}
+
+/// Names of the parts, each outside of the part with a line to a place of it, in directions in which they do not hide
+/// each other as seen from the first viewpoints. A part for which there is none has no name.
 pub(super) fn names(parts: &[Part], mesh: &TriangleMesh, frame: &Frame, out: &mut String) {
     let mut largest: Vec<&Part> = parts.iter().collect();
     largest.sort_by_key(|part| std::cmp::Reverse(part.triangles.len()));
+    let size = NAME * frame.radius;
+    let mut placed: Vec<Label> = Vec::new();
     for (k, part) in largest.into_iter().take(MOST_NAMES).enumerate() {
-        let direction = frame.upright.transpose() * direction(k);
-        let middle: DVec3 = part.vertices.iter().map(|v| frame.local(mesh.positions[*v as usize])).sum();
-        let middle = frame.upright * middle / part.vertices.len().max(1) as f64;
-        // A part that lies aside is named there.
-        let aside = frame.upright.transpose() * DVec3::new(middle.x, 0.0, middle.z);
-        let direction = if aside.length() > ASIDE * frame.radius { aside.normalize() } else { direction };
-        let along = |v: &&u32| frame.local(mesh.positions[**v as usize]).dot(direction);
-        let Some(vertex) = part.vertices.iter().max_by(|a, b| along(a).total_cmp(&along(b))) else { continue };
-        let at = frame.local(mesh.positions[*vertex as usize]);
-        let end = |share: f64| at + share * frame.radius * direction.normalize_or(DVec3::Z);
-        let place = |p: DVec3| list_of(p.to_array(), frame.decimals);
-        let (from, to, beyond) = (place(at), place(end(0.2)), place(end(0.25)));
+        let place = |toward: DVec3| {
+            let (at, end) = callout(part, mesh, toward, frame)?;
+            let seen = frame.upright * end(NAME_DISTANCE);
+            let right = DVec3::Y.cross(TOWARD).normalize();
+            // A letter is half as wide as it is high, on the average.
+            let half = [0.27 * size * part.name.chars().count() as f64, 0.6 * size];
+            let label = Label { middle: [seen.dot(right), seen.dot(TOWARD.cross(right))], half };
+            let is_free = placed.iter().all(|other| !label.overlaps(other));
+            is_free.then(|| (label, at, end(LINE), end(NAME_DISTANCE)))
+        };
+        let directions = aside(part, mesh, frame).into_iter().chain((k..k + TRIES).map(direction));
+        let Some((label, at, line_end, middle)) = directions.into_iter().find_map(place) else { continue };
+        placed.push(label);
+        let [from, to, beyond] = [at, line_end, middle].map(|p| list_of(p.to_array(), frame.decimals));
         let _ = write!(
             out,
             "            <Shape><Appearance><Material diffuseColor='0 0 0' emissiveColor='{INK}'/></Appearance>\
              <LineSet vertexCount='2'><Coordinate point='{from},{to}'/></LineSet></Shape>\n            \
              <Transform translation='{beyond}'><Billboard axisOfRotation='0 0 0'>"
         );
-        text(&[&part.name], 0.075 * frame.radius, true, out);
+        text(&[&part.name], size, true, out);
         out.push_str("</Billboard></Transform>\n");
     }
+}
+
+/// The direction in the scene in which a part lies aside of the model's axis, if it does.
+fn aside(part: &Part, mesh: &TriangleMesh, frame: &Frame) -> Option<DVec3> {
+    let sum: DVec3 = part.vertices.iter().map(|v| frame.local(mesh.positions[*v as usize])).sum();
+    let middle = frame.upright * sum / part.vertices.len().max(1) as f64;
+    let aside = DVec3::new(middle.x, 0.0, middle.z);
+    (aside.length() > ASIDE * frame.radius).then(|| aside.normalize())
+}
+
+/// The place of a part that is farthest in a direction of the scene, and what lies farther in that direction, by shares
+/// of the model's radius, in the file's coordinates.
+fn callout(part: &Part, mesh: &TriangleMesh, toward: DVec3, frame: &Frame) -> Option<(DVec3, impl Fn(f64) -> DVec3)> {
+    let toward = (frame.upright.transpose() * toward).normalize_or(DVec3::Z);
+    let along = |v: &&u32| frame.local(mesh.positions[**v as usize]).dot(toward);
+    let vertex = part.vertices.iter().max_by(|a, b| along(a).total_cmp(&along(b)))?;
+    let at = frame.local(mesh.positions[*vertex as usize]);
+    let radius = frame.radius;
+    Some((at, move |share: f64| at + share * radius * toward))
 }

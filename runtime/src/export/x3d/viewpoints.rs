@@ -10,7 +10,7 @@ use std::fmt::Write;
 const FIELD_OF_VIEW: f64 = 0.6;
 
 /// From the model toward the viewer of the modes: in front (the model's -y), to the right and above.
-const TOWARD: DVec3 = DVec3::new(0.437_41, 0.437_41, 0.785_70);
+pub(super) const TOWARD: DVec3 = DVec3::new(0.437_41, 0.437_41, 0.785_70);
 
 /// The sides, toward the viewer, and upwards as seen from there.
 const SIDES: [(&str, DVec3, DVec3); 6] = [
