@@ -45,6 +45,7 @@ const MEASUREMENT: &[&str] = &[
     "scene",
     "exr",
     "points",
+    "export",
 ];
 const UNIT: &[&str] = &["unit"];
 /// Options of a comparison.

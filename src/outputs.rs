@@ -133,6 +133,11 @@ pub(crate) fn require_folder_apart<'a>(
     writes_fit: bool,
     inputs: impl IntoIterator<Item = &'a Path>,
 ) -> Result<(), CommandError> {
+    if is_stream(output) {
+        return Err(CommandError::usage(
+            "--output: the results are several files in a folder, which standard output cannot hold; a folder of the name - is ./-",
+        ));
+    }
     let Ok(entries) = std::fs::read_dir(output) else { return Ok(()) };
     let is_replaced = |name: &str| folder::is_result(name) && (writes_fit || name != folder::FIT);
     let replaced: Vec<PathBuf> = entries

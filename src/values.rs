@@ -144,7 +144,8 @@ pub(crate) fn tolerance(text: &str) -> Result<Tolerance, String> {
     if a == b {
         return Err("allows only one value: both ends are equal".into());
     }
-    Ok(Tolerance { lower: a.min(b), upper: a.max(b) })
+    // Not -0, which would be printed with its sign.
+    Ok(Tolerance { lower: a.min(b) + 0.0, upper: a.max(b) + 0.0 })
 }
 
 /// Parses a decision rule: `guarded`, `simple` or `p=0.95`.

@@ -3,20 +3,27 @@
 use crate::export::exchange::{self, Format, ParameterRow};
 use crate::export::measurement::{self, DocumentError, Extras, Textures, png};
 use crate::export::report::{self, Figure, Report, Scripts, file_name};
+use crate::export::scale::Scale;
 use crate::export::svg::SectionDrawing;
 use crate::export::views::{CAPTIONS, OVERVIEW, VIEWS, Views};
 use crate::export::x3d::{self, X3dScene, metadata};
 use crate::export::{atomic, json, number, palette};
 use crate::fit::{self, AllowedDeviation, FitError, FitOptions, FitResult, FittedMeasure};
-use crate::model::{EvaluationError, Model, Motion, Tessellation};
+use crate::model::{EvaluationError, Model, Motion, Tessellation, divided};
 use crate::progress::Progress;
 use crate::scan::Scan;
 use crate::variance::{
     Dimension, MeasureError, MeasureOptions, Measurement, ParameterCovariance, Reference, Tolerance, VarianceReport,
     VerdictOptions, measure, require_triangles,
 };
+use std::borrow::Cow;
 use std::path::Path;
 use thiserror::Error;
+
+/// Longest edge of a reference mesh in the report's view, in texels, and the most triangles that it is divided into: some
+/// 0.3 MB of the page.
+const VIEWED_EDGE: f64 = 4.0;
+const MOST_VIEWED: usize = 60_000;
 
 /// A fit and the deviations from the fitted model.
 #[derive(Clone, Debug)]
@@ -173,15 +180,16 @@ impl Documents<'_> {
     }
 
     fn scene(&self, title: &str, scan: &Scan, textures: &Textures) -> Result<String, DocumentError> {
-        let Measurement { tessellation, displayed, deviations, .. } = self.measurement;
+        let Measurement { displayed, deviations, report, .. } = self.measurement;
         Ok(x3d::write(&X3dScene {
-            tessellation: displayed.as_ref().unwrap_or(tessellation),
+            tessellation: displayed,
             deviations,
             scan: &scan.mesh,
             scale: textures.scale,
+            robust_range: Scale::robust(report).end,
             turned: self.upright.rotation,
             title,
-            metadata: &metadata(self.fit, &self.measurement.report),
+            metadata: &metadata(self.fit, report),
         })?)
     }
 
@@ -204,7 +212,7 @@ impl Documents<'_> {
             fit: self.fit,
             variance: &self.measurement.report,
             deviations: &self.measurement.deviations,
-            tessellation: &self.measurement.tessellation,
+            tessellation: &viewed(self.measurement),
             turned: self.upright.rotation,
             conformance_png: textures.conformance.as_deref(),
             scale: &textures.scale,
@@ -212,6 +220,18 @@ impl Documents<'_> {
             pictures: &[("Model in the colours of its deviations", &model[1..]), (&heading, &scanned)],
         }))
     }
+}
+
+/// The surface for the report's view, whose triangles end where a corner was not measured: large triangles of a reference
+/// mesh are divided.
+fn viewed(measurement: &Measurement) -> Cow<'_, Tessellation> {
+    let Measurement { tessellation, deviations, .. } = measurement;
+    if !tessellation.origins.is_empty() {
+        return Cow::Borrowed(tessellation);
+    }
+    let edge = VIEWED_EDGE * deviations.texels.width_on_the_surface();
+    let mesh = divided(&tessellation.mesh, edge, MOST_VIEWED);
+    Cow::Owned(Tessellation { mesh, ..Tessellation::default() })
 }
 
 /// The covariance of a fit's parameters, joint with that of its pose if there is one.

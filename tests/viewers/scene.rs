@@ -45,6 +45,7 @@ fn a_scene_of_known_appearance() {
         deviations: &deviations,
         scan: &tessellation.mesh,
         scale: Scale::continuous(COLOUR_RANGE),
+        robust_range: COLOUR_RANGE,
         turned: Motion::IDENTITY.rotation,
         title: "A cylinder with a bump & a dent",
         metadata: &[MetadataGroup { name: "wall".into(), entries: vec![("mean".into(), "0.25 mm".into())] }],

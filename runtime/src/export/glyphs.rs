@@ -138,9 +138,35 @@ pub(super) fn draw_upwards(picture: &mut Picture, x: usize, y: usize, scale: usi
     }
 }
 
+/// The letter without the marks of European alphabets, for which there is no room.
+fn base(character: char) -> char {
+    const MARKED: [(&str, char); 18] = [
+        ("\u{e0}\u{e1}\u{e2}\u{e3}\u{e4}\u{e5}", 'a'),
+        ("\u{c0}\u{c1}\u{c2}\u{c3}\u{c4}\u{c5}", 'A'),
+        ("\u{e7}\u{107}\u{10d}", 'c'),
+        ("\u{c7}\u{106}\u{10c}", 'C'),
+        ("\u{e8}\u{e9}\u{ea}\u{eb}\u{119}\u{11b}", 'e'),
+        ("\u{c8}\u{c9}\u{ca}\u{cb}", 'E'),
+        ("\u{ec}\u{ed}\u{ee}\u{ef}", 'i'),
+        ("\u{cc}\u{cd}\u{ce}\u{cf}", 'I'),
+        ("\u{f1}\u{144}\u{148}", 'n'),
+        ("\u{d1}", 'N'),
+        ("\u{f2}\u{f3}\u{f4}\u{f5}\u{f6}\u{f8}", 'o'),
+        ("\u{d2}\u{d3}\u{d4}\u{d5}\u{d6}\u{d8}", 'O'),
+        ("\u{f9}\u{fa}\u{fb}\u{fc}\u{16f}", 'u'),
+        ("\u{d9}\u{da}\u{db}\u{dc}", 'U'),
+        ("\u{fd}\u{ff}", 'y'),
+        ("\u{161}\u{15b}\u{df}", 's'),
+        ("\u{17e}\u{17a}\u{17c}", 'z'),
+        ("\u{142}", 'l'),
+    ];
+    MARKED.iter().find(|(marked, _)| marked.contains(character)).map_or(character, |(_, base)| *base)
+}
+
 /// Columns and rows of the dots of a text.
 fn dots(text: &str) -> impl Iterator<Item = [usize; 2]> {
     text.chars().enumerate().flat_map(|(i, character)| {
+        let character = base(character);
         let known = GLYPHS.iter().find(|(known, _)| *known == character);
         let columns = known.map_or(UNKNOWN, |(_, columns)| *columns);
         columns.into_iter().enumerate().flat_map(move |(column, bits)| {

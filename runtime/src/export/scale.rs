@@ -7,6 +7,9 @@ use crate::variance::{Statistics, Tolerance, VarianceReport};
 /// The number of steps of colour between a limit of the tolerance and the end of the scale.
 pub const BANDS: u32 = 4;
 
+/// Deviations that are less are none. Millimetres.
+const EXACT: f64 = 1e-9;
+
 /// How many times the tolerance the scale ends at.
 const TOLERANCES: f64 = 3.0;
 
@@ -30,9 +33,15 @@ impl Scale {
         let tolerance = tolerance.filter(|t| farther(t) > 0.0);
         match (end, tolerance) {
             (Some(end), _) => Self { end, tolerance: tolerance.filter(|t| farther(t) < end) },
-            (None, Some(t)) => Self { end: TOLERANCES * farther(&t), tolerance },
-            (None, None) => Self::continuous(robust_end(&report.overall, report.max_distance)),
+            (None, Some(t)) => Self { end: rounded(TOLERANCES * farther(&t)), tolerance },
+            (None, None) => Self::robust(report),
         }
+    }
+
+    /// The scale over the robust range of the deviations.
+    #[must_use]
+    pub fn robust(report: &VarianceReport) -> Self {
+        Self::continuous(robust_end(&report.overall, report.max_distance))
     }
 
     /// A scale without a tolerance, up to `end` millimetres.
@@ -100,13 +109,19 @@ fn farther(tolerance: &Tolerance) -> f64 {
 }
 
 /// The robust range of deviations: the 95th percentile of the unsigned distances, rounded up to 1, 2 or 5 times a power
-/// of ten; the maximum distance where nothing was measured or everything is exact.
+/// of ten; the largest of them where less than a twentieth of the surface deviates at all, and the maximum distance where
+/// nothing was measured or everything is exact.
 fn robust_end(statistics: &Statistics, max_distance: f64) -> f64 {
-    let p95 = statistics.weighted.percentiles.p95;
-    if p95.is_nan() || p95 < 1e-9 {
-        return max_distance;
+    let [p95, largest] = [statistics.weighted.percentiles.p95, statistics.weighted.max];
+    match [p95, largest].into_iter().find(|end| *end >= EXACT) {
+        Some(end) => round_up(end).min(max_distance),
+        None => max_distance,
     }
-    round_up(p95).min(max_distance)
+}
+
+/// A length without the digits that binary fractions add, such as those of 3 times 0.6.
+fn rounded(length: f64) -> f64 {
+    format!("{length:.12e}").parse().unwrap_or(length)
 }
 
 #[cfg(test)]

@@ -34,6 +34,13 @@ pub struct Texels {
 }
 
 impl Texels {
+    /// The mean width of a texel on the surface, in millimetres; 0 where there are none.
+    #[must_use]
+    pub fn width_on_the_surface(&self) -> f64 {
+        let area: f64 = self.area.iter().map(|area| f64::from(*area)).sum();
+        (area / self.area.len().max(1) as f64).sqrt()
+    }
+
     /// Samples every chart's texels on the exact surface. A texel stands for the area `|du x dv|` at its centre times
     /// its extent in (u, v); one where the surface has no area is left out. A centre on a break counts to one side.
     ///

@@ -9,7 +9,7 @@ use crate::feet::signed::{ExactSurface, MeshSurface, Target, layout_for};
 use crate::mesh::{Bounds, TriangleMesh};
 use crate::model::{
     Atlas, AtlasError, Closedness, Fineness, LARGEST, Material, Model, Motion, Passages, ReferenceSurface, SMALLEST,
-    Sensitivities, SensitivityMaps, Standing, Tessellation, Texels,
+    Sensitivities, SensitivityMaps, Standing, Tessellation, Texels, divided,
 };
 use glam::DVec3;
 use std::time::Instant;
@@ -176,13 +176,13 @@ impl<'a> Surface<'a> {
         }
     }
 
-    /// The model in few triangles, for documents whose viewers divide them; none for a mesh, which is shown as it is.
+    /// The model in few triangles, for documents whose viewers divide them; none for a mesh, of which
+    /// [`Tessellation::displayed`] is that.
     pub(crate) fn displayed(&self) -> Result<Option<Tessellation>, MeasureError> {
         let Some(Parametrised { reach, atlas, motion, size, .. }) = &self.parametrised else { return Ok(None) };
-        let area: f64 = self.texels.area.iter().map(|area| f64::from(*area)).sum();
-        let width = (area / self.texels.len().max(1) as f64).sqrt();
-        let edge = if width > 0.0 { DIVIDED_EDGE * width } else { f64::INFINITY };
         let chord = DIVIDED_CHORD * size.max(f64::MIN_POSITIVE);
+        let edge = DIVIDED_EDGE * self.texels.width_on_the_surface();
+        let edge = if edge > 0.0 { edge } else { f64::INFINITY };
         let fineness = Fineness { chord, edge, max_triangles: MOST_DIVIDED, ..Fineness::default() };
         let mut tessellation = Tessellation::new(reach.model, &*reach.instance, fineness)?.with_atlas(atlas);
         motion.move_tessellation(&mut tessellation);
@@ -199,6 +199,14 @@ impl<'a> Surface<'a> {
     pub(crate) fn sensitivity_maps(&self) -> Result<Option<SensitivityMaps>, MeasureError> {
         let Some(Parametrised { reach, atlas, motion, .. }) = &self.parametrised else { return Ok(None) };
         Ok(Some(SensitivityMaps::new(reach.model, &*reach.instance, atlas, &self.texels, motion)?))
+    }
+}
+
+impl Tessellation {
+    /// A reference mesh for documents whose viewers divide its triangles: large ones are divided before.
+    pub(crate) fn displayed(&self, texels: &Texels) -> Tessellation {
+        let mesh = divided(&self.mesh, DIVIDED_EDGE * texels.width_on_the_surface(), MOST_DIVIDED);
+        Tessellation { mesh, ..Tessellation::default() }
     }
 }
 

@@ -60,11 +60,13 @@ pub(crate) fn text(bytes: &[u8]) -> String {
 }
 
 /// The files of a folder of results without the seconds that stages took, which fit.json and variance.json have under
-/// `seconds` and the report in a row, and without what they were made with: the date and the folder of the results. All
-/// other bytes stay.
+/// `seconds` and the report in a row, and without what they were made with: the date, which the scene has, too, and the
+/// folder of the results. All other bytes stay.
 pub(crate) fn results(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let is_timed = |line: &&str| {
-        [">Time</th>", "<dt>Inspected</dt>", "<p><code>gmlc inspect"].iter().any(|timed| line.contains(timed))
+        [">Time</th>", "<dt>Inspected</dt>", "<p><code>gmlc inspect", "<MetadataString name='time'"]
+            .iter()
+            .any(|timed| line.contains(timed))
     };
     let read = |entry: std::io::Result<fs::DirEntry>| {
         let entry = entry.expect("an entry");
@@ -75,7 +77,7 @@ pub(crate) fn results(folder: &Path) -> BTreeMap<String, Vec<u8>> {
                 document.as_object_mut().expect("an object").remove(field);
             }
             document.to_string().into_bytes()
-        } else if name.ends_with(".html") {
+        } else if name.ends_with(".html") || name.ends_with(".x3d") {
             let page = fs::read_to_string(entry.path()).expect("read");
             assert!(page.lines().filter(is_timed).count() <= 3, "{name}");
             page.lines().filter(|line| !is_timed(line)).collect::<Vec<_>>().join("\n").into_bytes()

@@ -54,7 +54,7 @@ fn measurement() -> Measurement {
     };
     let tessellation = Tessellation { mesh, ..Tessellation::default() };
     let (unmatched, filled, conformance) = (TriangleMesh::default(), None, None);
-    let displayed = None;
+    let displayed = tessellation.clone();
     let sensitivity_maps = None;
     Measurement {
         tessellation,

@@ -183,7 +183,9 @@ impl Legend<'_> {
             let wide = text_width(&tick.text, size);
             let start = x.saturating_sub(wide / 2);
             let range = [start, start + wide];
-            if taken.iter().all(|other| range[1] < other[0] || other[1] < range[0]) {
+            // Signs and digits of neighbours are read together without a gap.
+            let gap = text_width("0", size);
+            if taken.iter().all(|other| range[1] + gap < other[0] || other[1] + gap < range[0]) {
                 draw(picture, start, y + 3 * size, size, theme.ink, &tick.text);
                 taken.push(range);
             }

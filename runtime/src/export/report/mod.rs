@@ -87,7 +87,7 @@ pub struct Figure<'a> {
 /// The report as HTML. Nothing in it is executed or loaded but its own script; all text is escaped.
 #[must_use]
 pub fn write(report: &Report<'_>) -> String {
-    let step = surface::step(report.scale.end, report.variance.max_distance);
+    let step = surface::step(report);
     let way = match report.variance.distance.as_str() {
         "averaged-normal" => "along normals that are averaged where patches meet",
         "closest" => "to its closest point",

@@ -1,7 +1,9 @@
 //! The input of the interactive view and of the map: mesh, and deviations of the texels.
 
+use super::Report;
 use super::pack::Planes;
 use crate::export::colormap::{AMBIGUOUS, BURIED, CONTRADICTED, FILLED, NO_DATA};
+use crate::export::scale::Scale;
 use crate::mesh::TriangleMesh;
 use crate::variance::{Class, Deviations};
 
@@ -54,9 +56,11 @@ pub(super) fn drawn_of<'m>(mesh: &TriangleMesh, triangles: &'m [[u32; 3]]) -> im
     triangles.iter().filter(move |t| t.iter().all(|&v| (v as usize) < vertices))
 }
 
-/// The width of a step of the deviations in the page. Millimetres.
-pub(super) fn step(colour_range: f64, max_distance: f64) -> f64 {
-    (colour_range / STEPS).max(max_distance / f64::from(i16::MAX))
+/// The width of a step of the deviations in the page: not coarser than the robust range asks for, however wide the scale
+/// of colours is. Millimetres.
+pub(super) fn step(report: &Report<'_>) -> f64 {
+    let range = report.scale.end.min(Scale::robust(report.variance).end);
+    (range / STEPS).max(report.variance.max_distance / f64::from(i16::MAX))
 }
 
 /// The deviations as data.js reads them: for each texel of the texture, row by row from the top, whether it has one

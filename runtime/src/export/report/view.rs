@@ -49,7 +49,7 @@ pub(super) fn scene(report: &Report<'_>) -> String {
         "height": texels.height,
         "centre": bounds.centre().to_array(),
         "halfSize": (bounds.size() / 2.0).to_array(),
-        "step": step(report.scale.end, report.variance.max_distance),
+        "step": step(report),
         "colourRange": report.scale.end,
         "tolerance": tolerance,
         "neutral": report.scale.tolerance.map(|t| [t.lower, t.upper]),
@@ -126,6 +126,7 @@ pub(super) fn labels(report: &Report<'_>, step: f64) -> String {
             "column": peak.texel[0],
             "row": peak.texel[1],
             "steps": (peak.distance / step).round(),
+            "distance": peak.distance,
             "kind": 1,
         }))
     };

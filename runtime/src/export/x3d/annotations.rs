@@ -4,10 +4,13 @@ use super::frame::Frame;
 use super::numbers::{list, list_of, number, quoted};
 use super::parts::Part;
 use super::viewpoints::TOWARD;
+use crate::export::colormap::NO_DATA;
 use crate::export::escape::escape;
+use crate::export::picture::{self, legend};
 use crate::export::round_up;
 use crate::export::scale::Scale;
 use crate::mesh::TriangleMesh;
+use crate::variance::Deviations;
 use glam::DVec3;
 use std::fmt::Write;
 
@@ -26,12 +29,19 @@ const NAME: f64 = 0.065;
 const NAME_DISTANCE: f64 = 0.25;
 const LINE: f64 = 0.2;
 
+/// The most letters of a name.
+const MOST_LETTERS: usize = 24;
+
+/// The light, at the viewer: what faces it has the colour of its material, so that colours agree with the legend, and
+/// what does not is never darker than two fifths of it.
+const LIGHT: &str = "<DirectionalLight direction='0 0 -1' intensity='0.6' ambientIntensity='0.4' global='true'/>";
+
 /// Directions that are tried for a name.
 const TRIES: usize = 12;
 
 /// Sizes of the legend, seen from a distance of 1: half the height of the view is 0.31.
 const BAR: [f64; 2] = [0.018, 0.36];
-const LEGEND_RIGHT: f64 = 0.31;
+const LEGEND_RIGHT: f64 = 0.29;
 const LETTERS: f64 = 0.019;
 
 /// Ink of texts and lines.
@@ -50,29 +60,29 @@ fn text(lines: &[&str], size: f64, middle: bool, out: &mut String) {
 }
 
 /// The legend, which stays in the view whatever the viewpoint: a sensor of the viewer's place and direction moves it.
-pub(super) fn legend(scale: &Scale, frame: &Frame, out: &mut String) {
+pub(super) fn legend(deviations: &Deviations, scale: &Scale, frame: &Frame, out: &mut String) {
     let far = 1e4 * frame.radius;
     let size = list_of([far; 3], 0);
     let _ = writeln!(out, "    <ProximitySensor DEF='Viewer' size='{size}'/>");
     // Nearer than the model, farther than the nearest that is drawn.
     let near = list_of([0.2 * frame.radius; 3], 9);
-    let _ = writeln!(out, "    <Transform DEF='Follow'>\n      <Transform scale='{near}'>");
+    let _ = writeln!(out, "    <Transform DEF='Follow'>\n      {LIGHT}\n      <Transform scale='{near}'>");
     let _ = writeln!(out, "      <Transform translation='{LEGEND_RIGHT} 0 -1'>");
     bar(scale, out);
     let [width, height] = BAR;
     for tick in labelled(scale) {
         let (x, y) = (number(width + 0.008, 6), number(tick / scale.end * height / 2.0, 6));
         let _ = write!(out, "      <Transform translation='{x} {y} 0'>");
-        let sign = if tick > 0.0 { "+" } else { "" };
-        text(&[&format!("{sign}{}", figure(tick))], LETTERS, false, out);
+        text(&[&picture::number(tick)], LETTERS, false, out);
         out.push_str("</Transform>\n");
     }
     let below = -height / 2.0 - 0.03;
     let words: [(&[&str], f64); 3] = [
         (&["scan outside", "mm"], height / 2.0 + 0.04),
         (&["scan inside"], below),
-        (&["striped: no data"], below - 0.04),
+        (&["striped: no data"], below - 0.03),
     ];
+    classes(deviations, below - 0.06, out);
     for (words, y) in words {
         let y = number(y, 6);
         let _ = write!(out, "      <Transform translation='0 {y} 0'>");
@@ -82,6 +92,23 @@ pub(super) fn legend(scale: &Scale, frame: &Frame, out: &mut String) {
     out.push_str("      </Transform>\n      </Transform>\n    </Transform>\n");
     for (event, field) in [("position_changed", "set_translation"), ("orientation_changed", "set_rotation")] {
         let _ = writeln!(out, "    <ROUTE fromNode='Viewer' fromField='{event}' toNode='Follow' toField='{field}'/>");
+    }
+}
+
+/// The colours of texels without a distance, and what they mean.
+fn classes(deviations: &Deviations, top: f64, out: &mut String) {
+    let classes = legend::classes(deviations);
+    for (k, (colour, name)) in classes.iter().filter(|(colour, _)| *colour != NO_DATA).enumerate() {
+        let y = top - 0.026 * k as f64;
+        let (place, beside) = (list_of([-0.055, y, 0.0], 5), list_of([-0.04, y, 0.0], 5));
+        let colour = colour.map(|c| number(f64::from(c) / 255.0, 3)).join(" ");
+        let _ = write!(
+            out,
+            "      <Transform translation='{place}'><Shape><Appearance><Material diffuseColor='0 0 0' emissiveColor='{colour}'/>\
+             </Appearance><Box size='0.014 0.014 0.001'/></Shape></Transform>\n      <Transform translation='{beside}'>"
+        );
+        text(&[name], LETTERS, false, out);
+        out.push_str("</Transform>\n");
     }
 }
 
@@ -191,12 +218,13 @@ pub(super) fn names(parts: &[Part], mesh: &TriangleMesh, frame: &Frame, out: &mu
     let size = NAME * frame.radius;
     let mut placed: Vec<Label> = Vec::new();
     for (k, part) in largest.into_iter().take(MOST_NAMES).enumerate() {
+        let name = shortened(&part.name);
         let place = |toward: DVec3| {
             let (at, end) = callout(part, mesh, toward, frame)?;
             let seen = frame.upright * end(NAME_DISTANCE);
             let right = DVec3::Y.cross(TOWARD).normalize();
             // A letter is half as wide as it is high, on the average.
-            let half = [0.27 * size * part.name.chars().count() as f64, 0.6 * size];
+            let half = [0.27 * size * name.chars().count() as f64, 0.6 * size];
             let label = Label { middle: [seen.dot(right), seen.dot(TOWARD.cross(right))], half };
             let is_free = placed.iter().all(|other| !label.overlaps(other));
             is_free.then(|| (label, at, end(LINE), end(NAME_DISTANCE)))
@@ -211,9 +239,20 @@ pub(super) fn names(parts: &[Part], mesh: &TriangleMesh, frame: &Frame, out: &mu
              <LineSet vertexCount='2'><Coordinate point='{from},{to}'/></LineSet></Shape>\n            \
              <Transform translation='{beyond}'><Billboard axisOfRotation='0 0 0'>"
         );
-        text(&[&part.name], size, true, out);
+        text(&[&name], size, true, out);
         out.push_str("</Billboard></Transform>\n");
     }
+}
+
+/// A name that leaves room for others: its beginning and its end, if it is long.
+fn shortened(name: &str) -> String {
+    let letters: Vec<char> = name.chars().collect();
+    if letters.len() <= MOST_LETTERS {
+        return name.to_owned();
+    }
+    let half = MOST_LETTERS / 2 - 1;
+    let (begin, end) = (&letters[..half], &letters[letters.len() - half..]);
+    begin.iter().chain(&['\u{2026}']).chain(end).collect()
 }
 
 /// The direction in the scene in which a part lies aside of the model's axis, if it does.

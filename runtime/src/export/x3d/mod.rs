@@ -44,6 +44,8 @@ pub struct X3dScene<'a> {
     pub scan: &'a TriangleMesh,
     /// The scale of colours.
     pub scale: Scale,
+    /// The deviation below which nearly all are, whatever the scale. Millimetres.
+    pub robust_range: f64,
     /// The rotation of the model from its author's coordinates, with z upwards, into the scan's: a matrix, row by row.
     /// Viewers show the model upright.
     pub turned: [[f64; 3]; 3],

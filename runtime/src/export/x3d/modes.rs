@@ -55,14 +55,14 @@ impl Mode {
 }
 
 /// The appearance of the nominal model.
-const SOLID: &str = "<Appearance DEF='Solid'><Material diffuseColor='0.72 0.74 0.77' specularColor='0.1 0.1 0.1'/>\
+const SOLID: &str = "<Appearance DEF='Solid'><Material ambientIntensity='1' diffuseColor='0.72 0.74 0.77' specularColor='0.1 0.1 0.1'/>\
                      </Appearance>";
 
 /// The appearance of the nominal model around the actual one.
-const GLASS: &str = "<Appearance DEF='Glass'><Material diffuseColor='0.5 0.52 0.55' transparency='0.6'/></Appearance>";
+const GLASS: &str = "<Appearance DEF='Glass'><Material ambientIntensity='1' diffuseColor='0.5 0.52 0.55' transparency='0.6'/></Appearance>";
 
 /// The appearance of the scan: clay, as in the pictures.
-const CLAY: &str = "<Appearance><Material diffuseColor='0.78 0.75 0.7' specularColor='0.05 0.05 0.05'/></Appearance>";
+const CLAY: &str = "<Appearance><Material ambientIntensity='1' diffuseColor='0.78 0.75 0.7' specularColor='0.05 0.05 0.05'/></Appearance>";
 
 /// Colours of the outlines of model and scan in the section.
 const OUTLINES: [&str; 2] = ["0.1 0.12 0.15", "0.85 0.35 0"];
@@ -144,7 +144,7 @@ impl Modes<'_, '_> {
         }
         let data = STANDARD.encode(&self.textures.colours);
         let appearance = format!(
-            "<Appearance DEF='Coloured'><Material diffuseColor='1 1 1' specularColor='0.1 0.1 0.1'/>\
+            "<Appearance DEF='Coloured'><Material ambientIntensity='1' diffuseColor='1 1 1'/>\
              <ImageTexture repeatS='false' repeatT='false' url='\"data:image/png;base64,{data}\"'/></Appearance>"
         );
         out.push_str("            <Group DEF='ColouredParts'>\n");

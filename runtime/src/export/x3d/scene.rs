@@ -19,14 +19,14 @@ pub(super) fn document(scene: &X3dScene<'_>) -> Result<String, X3dError> {
     let encoded = |error: crate::export::image::ImageError| X3dError::Texture(error.to_string());
     let tiles = Tiles::new(mesh, &frame, scene.deviations);
     let words = tiles.as_ref().map_or(&[][..], |tiles| &tiles.words);
-    let textures = Textures::new(scene.deviations, &scene.scale, words).map_err(encoded)?;
+    let textures = Textures::new(scene, words).map_err(encoded)?;
     let modes = Mode::all(tiles.is_some());
     let mut out = String::new();
     head(scene, &mut out);
     let _ = writeln!(out, "  <Scene>");
     world(scene, &frame, tiles.is_some(), &mut out);
     viewpoints(&modes, &frame, &mut out);
-    annotations::legend(&scene.scale, &frame, &mut out);
+    annotations::legend(scene.deviations, &scene.scale, &frame, &mut out);
     annotations::scale_bar(&frame, &mut out);
     let rotation = list_of(axis_angle(frame.upright), 9);
     let _ = writeln!(out, "    <Transform rotation='{rotation}'>\n      <Switch DEF='Mode' whichChoice='0'>");
@@ -90,11 +90,14 @@ fn world(scene: &X3dScene<'_>, frame: &Frame, tiled: bool, out: &mut String) {
     out.push_str("    <Background skyColor='0.94 0.95 0.96'/>\n");
     let _ = writeln!(
         out,
-        "    <NavigationInfo type='\"EXAMINE\" \"ANY\"' speed='{}' avatarSize='{} {} {}' headlight='true'/>",
+        "    <NavigationInfo type='\"EXAMINE\" \"ANY\"' speed='{}' avatarSize='{} {} {}' headlight='false' \
+         visibilityLimit='{}'/>",
         number(frame.radius, 4),
         number(frame.radius * 0.01, 6),
         number(frame.radius * 0.1, 6),
         number(frame.radius * 0.01, 6),
+        // Without one X_ITE shows nothing that is farther than 100,000 units.
+        number(frame.radius * 100.0, 4),
     );
 }
 

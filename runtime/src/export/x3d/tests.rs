@@ -55,6 +55,7 @@ fn scene<'a>(
         deviations,
         scan: &tessellation.mesh,
         scale: Scale::continuous(2.5),
+        robust_range: 2.5,
         turned: Motion::IDENTITY.rotation,
         title: "A <plate> & 'more'",
         metadata,

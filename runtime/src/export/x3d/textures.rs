@@ -1,9 +1,9 @@
 //! The deviations as textures: coded for shaders, and in colours for viewers without.
 
+use super::X3dScene;
 use crate::export::colormap::{AMBIGUOUS, BURIED, CONTRADICTED, FILLED, NO_DATA, NO_DATA_DARK, diverging, stripes};
 use crate::export::image::{self, ImageError};
-use crate::export::scale::Scale;
-use crate::variance::{Deviations, DistanceTexture, FINE_CODE, fine_end};
+use crate::variance::{DistanceTexture, FINE_CODE, fine_end};
 
 /// Ends of the colour scale up to which distances have fine steps: what is farther is rare.
 const FINE: f64 = 3.0;
@@ -36,9 +36,12 @@ pub(super) struct Textures {
 }
 
 impl Textures {
-    pub(super) fn new(deviations: &Deviations, scale: &Scale, words: &[[u8; 3]]) -> Result<Self, ImageError> {
-        let fine = fine_end(FINE * scale.end, deviations.max_distance);
-        let texture = DistanceTexture::finer(deviations, FINE * scale.end);
+    pub(super) fn new(scene: &X3dScene<'_>, words: &[[u8; 3]]) -> Result<Self, ImageError> {
+        let X3dScene { deviations, scale, robust_range, .. } = scene;
+        // The surface is not to have steps where the scale of colours is small.
+        let fine = FINE * scale.end.max(*robust_range);
+        let texture = DistanceTexture::finer(deviations, fine);
+        let fine = fine_end(fine, deviations.max_distance);
         let (width, height) = (texture.width, texture.height);
         let millimetres = |code: u8| match code.checked_sub(FINE_CODE) {
             None => f64::from(code) / f64::from(FINE_CODE) * fine,

@@ -217,15 +217,23 @@ pub(in crate::variance) fn form_deviations(
         }
         let cutoff = cutoff.unwrap_or_else(|| default_cutoff(noise, &points)).max(least_cutoff(&points));
         let mut form = form(shape, &points, noise, cutoff, deviations.precision)?;
+        let left_out = form.left_out();
         if let Some(zone) = &mut form.zone {
             let is_beside = |at: &[f64; 3]| gaps.iter().any(|gap| gap.distance((*at).into()) < BESIDE_GAP * cutoff);
             let WithoutNoise { corrected, uncertainty, .. } = zone.without_noise;
-            zone.lower_limit = corrected > CLEARLY * uncertainty && (zone.lower_limit || zone.at.iter().any(is_beside));
+            // Where nearly all of a surface is exact, as between two meshes, what is not is left out as stray points are.
+            let is_partial = left_out > MANY_LEFT_OUT;
+            zone.lower_limit =
+                is_partial || corrected > CLEARLY * uncertainty && (zone.lower_limit || zone.at.iter().any(is_beside));
         }
         Some(form)
     };
     shapes.par_iter().zip(members).zip(gaps).map(of_part).collect()
 }
+
+/// A share of points left out beyond which these are no stray points of a scanner, of which there are some 1 %: a zone
+/// without them is a lower limit.
+const MANY_LEFT_OUT: f64 = 0.05;
 
 /// Texel i with the place on the model's surface and the distance along the normal.
 fn measured(deviations: &Deviations, i: usize) -> Point {

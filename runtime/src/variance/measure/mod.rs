@@ -55,9 +55,9 @@ const BEYOND_NOISE: f64 = 5.0;
 pub struct Measurement {
     /// The surface, in the scan's position.
     pub tessellation: Tessellation,
-    /// The same surface in few triangles, for documents whose viewers divide them until a vertex has a texel; none for
-    /// a reference mesh.
-    pub displayed: Option<Tessellation>,
+    /// The same surface in few triangles of like size, for documents whose viewers divide them until a vertex has a
+    /// texel. A reference mesh of many triangles has all of them.
+    pub displayed: Tessellation,
     /// The distances.
     pub deviations: Deviations,
     /// Statistics: the content of variance.json.
@@ -128,6 +128,7 @@ pub fn measure(
     let shapes = recognise(&texels);
     require_datum(options.datum.as_deref(), &texels.part_names, |part| shapes[part].is_some())?;
     let (averaging_width, cosine) = averaged(&mut texels, &mut tessellation, displayed.as_mut(), options)?;
+    let displayed = displayed.unwrap_or_else(|| tessellation.displayed(&texels));
     unless_cancelled(progress)?;
     let Cast { mut deviations, device, notice } = cast_rays(texels, scan, &bvh, max_distance, options)?;
     deviations.cosine = cosine;

@@ -74,6 +74,9 @@ function readCloud(bytes) {
   return positions;
 }
 
+// Texels beside a chart that its triangles may touch.
+const BESIDE = 1;
+
 // For each texel its deviation in steps, and its class.
 function readTexels(bytes) {
   const { width, height } = scene, from = planes(bytes);
@@ -93,6 +96,32 @@ function readTexels(bytes) {
     texels[2 * i] = expected + differences[k++];
   }
   return texels;
+}
+
+// The texel of a chart that is nearest to one, which may lie beside all charts by rounding.
+function nearestCharted(texels, column, row) {
+  let nearest = [column, row], least = Infinity;
+  for (let dy = -BESIDE; dy <= BESIDE; dy++) {
+    for (let dx = -BESIDE; dx <= BESIDE; dx++) {
+      const [x, y] = [column + dx, row + dy], distance = dx * dx + dy * dy;
+      if (x < 0 || y < 0 || x >= scene.width || y >= scene.height || distance >= least) continue;
+      if (texels[2 * (y * scene.width + x) + 1] !== 0) [nearest, least] = [[x, y], distance];
+    }
+  }
+  return nearest;
+}
+
+// The texels with those beside the charts like their neighbours: corners of triangles lie on the borders of charts.
+function widened(texels) {
+  const wide = texels.slice(), { width, height } = scene;
+  for (let y = 0, i = 0; y < height; y++) {
+    for (let x = 0; x < width; x++, i++) {
+      if (texels[2 * i + 1] !== 0) continue;
+      const [column, row] = nearestCharted(texels, x, y), at = 2 * (row * width + column);
+      [wide[2 * i], wide[2 * i + 1]] = [texels[at], texels[at + 1]];
+    }
+  }
+  return wide;
 }
 
 // The place of a deviation (millimetres) on the scale from -1 to 1. Within `neutral`, if there is such a range, it is 0,

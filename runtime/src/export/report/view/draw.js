@@ -64,7 +64,7 @@ class Drawing {
   upload(texels) {
     const gl = this.gl;
     gl.bindTexture(gl.TEXTURE_2D, gl.createTexture());
-    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RG16I, scene.width, scene.height, 0, gl.RG_INTEGER, gl.SHORT, texels);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RG16I, scene.width, scene.height, 0, gl.RG_INTEGER, gl.SHORT, widened(texels));
     for (const name of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) gl.texParameteri(gl.TEXTURE_2D, name, gl.NEAREST);
     for (const name of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T]) gl.texParameteri(gl.TEXTURE_2D, name, gl.CLAMP_TO_EDGE);
   }

@@ -35,7 +35,7 @@ class Labels {
       cell(uv ? uv[0].toFixed(4) : '');
       cell(uv ? uv[1].toFixed(4) : '');
       cell(deviationText(label));
-      cell(part.level === null ? '' : `\u00b1${part.level.toFixed(3)}`);
+      cell(part.level === null ? '' : `\u00b1${lengthText(part.level)}`);
       cell(part.explained || '').className = 'text';
       cell(part.declared || '').className = 'text';
       const removal = document.createElement('button');
@@ -96,8 +96,13 @@ function coordinates({ part, column, row }) {
 
 const CLASS_NAMES = ['no data', 'a closed hole', 'inside of the model', 'the scan shows empty space', 'ambiguous'];
 
-function deviationText({ steps, kind }) {
+// A length in millimetres with the digits that the data of the page have.
+const DECIMALS = Math.min(Math.max(Math.ceil(-Math.log10(scene.step / 2)), 0), 12);
+const lengthText = value => value.toFixed(DECIMALS);
+
+// The deviation as it was measured where that is in the page, otherwise as the texels have it.
+function deviationText({ steps, kind, distance }) {
   if (kind !== 1) return CLASS_NAMES[kind - 2] || 'no data';
-  const value = steps * scene.step;
-  return `${value < 0 ? '\u2212' : '+'}${Math.abs(value).toFixed(3)} mm`;
+  const value = distance ?? steps * scene.step;
+  return `${value < 0 ? '\u2212' : '+'}${lengthText(Math.abs(value))} mm`;
 }

@@ -73,8 +73,8 @@
   function pick(x, y) {
     const ratio = canvas.width / canvas.clientWidth, [found] = drawing.seen(camera, settings(), [[x * ratio, y * ratio]]);
     if (!found) { element('picked').textContent = 'Nothing is there.'; return; }
-    const at = 2 * (found.row * scene.width + found.column);
-    const label = { ...found, steps: texels[at], kind: texels[at + 1] };
+    const [column, row] = nearestCharted(texels, found.column, found.row), at = 2 * (row * scene.width + column);
+    const label = { ...found, column, row, steps: texels[at], kind: texels[at + 1] };
     element('picked').textContent = described(label);
     labels.add(label);
   }
@@ -82,7 +82,7 @@
   function described(label) {
     const part = scene.parts[label.part], uv = coordinates(label);
     const parameters = uv ? ` at u = ${uv[0].toFixed(4)}, v = ${uv[1].toFixed(4)}` : '';
-    const level = part.level === null ? '' : ` (level of detection \u00b1${part.level.toFixed(3)} mm)`;
+    const level = part.level === null ? '' : ` (level of detection \u00b1${lengthText(part.level)} mm)`;
     const place = label.place.map((share, k) => ((2 * share - 1) * scene.halfSize[k] + scene.centre[k]).toFixed(2)).join(', ');
     const rest = [part.explained, part.declared].filter(Boolean).join('; ');
     return `${part.name}${parameters}, (${place}) mm: ${deviationText(label)}${level}${rest ? '; ' + rest : ''}. Texel ${label.column}, ${label.row}.`;
