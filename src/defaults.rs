@@ -110,8 +110,8 @@ pub(crate) fn say() {
 fn beside(all: &Command, matches: &ArgMatches, words: &[OsString]) -> Result<Option<Defaults>, CommandError> {
     let Some((name, of_command)) = matches.subcommand() else { return Ok(None) };
     let takes = COMMANDS.iter().any(|(command, _)| *command == name);
-    let given = SCRIPTS.into_iter().filter_map(|id| of_command.try_get_one::<PathBuf>(id).ok().flatten());
-    let Some(script) = given.filter(|path| takes && path.extension() == Some(OsStr::new("gml"))).next() else {
+    let mut given = SCRIPTS.into_iter().filter_map(|id| of_command.try_get_one::<PathBuf>(id).ok().flatten());
+    let Some(script) = given.find(|path| takes && path.extension() == Some(OsStr::new("gml"))) else {
         return Ok(None);
     };
     let path = folder_of(script).join(FILE);

@@ -12,6 +12,7 @@ const page = `<!doctype html><script src="/x_ite/x_ite.min.js"></script>
 const types = { js: 'text/javascript', css: 'text/css', html: 'text/html' };
 
 const server = createServer((request, response) => {
+  if (request.url === '/favicon.ico') { response.writeHead(204).end(); return; }
   const [body, type] = request.url === '/'
     ? [() => page, 'html']
     : [() => readFileSync(request.url === '/scene.x3d' ? file : join(library, request.url.slice('/x_ite/'.length))), request.url.split('.').pop()];
