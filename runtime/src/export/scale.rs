@@ -7,6 +7,9 @@ use crate::variance::{Statistics, Tolerance, VarianceReport};
 /// The number of steps of colour between a limit of the tolerance and the end of the scale.
 pub const BANDS: u32 = 4;
 
+/// A border of steps belongs to the inner one, whatever its binary fraction is. Steps.
+const ROUNDING: f64 = 1e-9;
+
 /// Deviations that are less are none. Millimetres.
 const EXACT: f64 = 1e-9;
 
@@ -62,7 +65,7 @@ impl Scale {
         if excess <= 0.0 {
             return 0.0;
         }
-        sign * (excess / self.step_beyond(&t)).ceil().clamp(1.0, f64::from(BANDS)) / f64::from(BANDS)
+        sign * (excess / self.step_beyond(&t) - ROUNDING).ceil().clamp(1.0, f64::from(BANDS)) / f64::from(BANDS)
     }
 
     /// The sRGB colour of a deviation in millimetres; for NaN the grey of no data.

@@ -132,7 +132,7 @@ function placeOnScale(deviation, { colourRange, neutral, steps }) {
   if (excess <= 0) return 0;
   if (!steps) return Math.min(Math.max(deviation / colourRange, -1), 1);
   const width = Math.max(colourRange - Math.max(...neutral.map(Math.abs)), 1e-9) / steps;
-  return (above ? 1 : -1) * Math.min(Math.ceil(excess / width), steps) / steps;
+  return (above ? 1 : -1) * Math.min(Math.max(Math.ceil(excess / width - 1e-9), 1), steps) / steps;
 }
 
 // The colour of a deviation in steps of the data, as three bytes.

@@ -50,7 +50,7 @@ void main() {
       // Steps of one width on both sides, from the limits on; data.js says the same.
       float width = max(colourRange - max(abs(neutral.x), abs(neutral.y)), 1e-9) / bands;
       float excess = deviation > neutral.y ? deviation - neutral.y : neutral.x - deviation;
-      deviation = (deviation > neutral.y ? 1.0 : -1.0) * min(ceil(excess / width), bands) / bands * colourRange;
+      deviation = (deviation > neutral.y ? 1.0 : -1.0) * min(ceil(excess / width - 0.00001), bands) / bands * colourRange;
     } else if (bands > 0.5) deviation = sign(deviation) * (floor(min(abs(deviation) / colourRange, 0.9999) * bands) + 0.5) / bands * colourRange;
     scale = colour(deviation);
   }

@@ -7,6 +7,6 @@ vec3 scaled(float deviation) {
   if (stepBeyond <= 0.0) return colour(deviation);
   float excess = deviation > upperLimit ? deviation - upperLimit : lowerLimit - deviation;
   if (excess <= 0.0) return colour(0.0);
-  float steps = clamp(ceil(excess / stepBeyond), 1.0, //!bands);
+  float steps = clamp(ceil(excess / stepBeyond - 0.00001), 1.0, //!bands);
   return colour((deviation > upperLimit ? steps : -steps) / //!bands * colourRange);
 }
