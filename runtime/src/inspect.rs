@@ -20,8 +20,8 @@ use std::borrow::Cow;
 use std::path::Path;
 use thiserror::Error;
 
-/// Longest edge of a reference mesh in the report's view, in texels, and the most triangles that it is divided into: some
-/// 0.3 MB of the page.
+/// Longest edge of a reference mesh in the report's view, in texels, and the most triangles that it is divided into:
+/// some 0.3 MB of the page.
 const VIEWED_EDGE: f64 = 4.0;
 const MOST_VIEWED: usize = 60_000;
 
@@ -222,8 +222,8 @@ impl Documents<'_> {
     }
 }
 
-/// The surface for the report's view, whose triangles end where a corner was not measured: large triangles of a reference
-/// mesh are divided.
+/// The surface for the report's view, whose triangles end where a corner was not measured: large triangles of a
+/// reference mesh are divided.
 fn viewed(measurement: &Measurement) -> Cow<'_, Tessellation> {
     let Measurement { tessellation, deviations, .. } = measurement;
     if !tessellation.origins.is_empty() {

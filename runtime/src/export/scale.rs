@@ -112,8 +112,8 @@ fn farther(tolerance: &Tolerance) -> f64 {
 }
 
 /// The robust range of deviations: the 95th percentile of the unsigned distances, rounded up to 1, 2 or 5 times a power
-/// of ten; the largest of them where less than a twentieth of the surface deviates at all, and the maximum distance where
-/// nothing was measured or everything is exact.
+/// of ten; the largest of them where less than a twentieth of the surface deviates at all, and the maximum distance
+/// where nothing was measured or everything is exact.
 fn robust_end(statistics: &Statistics, max_distance: f64) -> f64 {
     let [p95, largest] = [statistics.weighted.percentiles.p95, statistics.weighted.max];
     match [p95, largest].into_iter().find(|end| *end >= EXACT) {

@@ -4,13 +4,13 @@ use crate::mesh::{Group, TriangleMesh};
 use glam::{DVec2, DVec3};
 use std::collections::HashMap;
 
-/// Triangles that meet a length of edges, to a square of that length: an equilateral triangle has 2.3 of its edge's, and
-/// halves of long ones have less.
+/// Triangles that meet a length of edges, to a square of that length: an equilateral triangle has 2.3 of its edge's,
+/// and halves of long ones have less.
 const TO_A_SQUARE: f64 = 5.0;
 
-/// A mesh of the same surface whose edges are at most `edge` millimetres long, or so short as `most` triangles allow. An
-/// edge is halved whatever triangle it belongs to, so that what was closed stays closed. Normals and texture coordinates
-/// are interpolated.
+/// A mesh of the same surface whose edges are at most `edge` millimetres long, or so short as `most` triangles allow.
+/// An edge is halved whatever triangle it belongs to, so that what was closed stays closed. Normals and texture
+/// coordinates are interpolated.
 #[must_use]
 pub(crate) fn divided(mesh: &TriangleMesh, edge: f64, most: usize) -> TriangleMesh {
     let edge = edge.max((TO_A_SQUARE * mesh.area() / most.max(1) as f64).sqrt());

@@ -56,8 +56,8 @@ pub(super) fn drawn_of<'m>(mesh: &TriangleMesh, triangles: &'m [[u32; 3]]) -> im
     triangles.iter().filter(move |t| t.iter().all(|&v| (v as usize) < vertices))
 }
 
-/// The width of a step of the deviations in the page: not coarser than the robust range asks for, however wide the scale
-/// of colours is. Millimetres.
+/// The width of a step of the deviations in the page: not coarser than the robust range asks for, however wide the
+/// scale of colours is. Millimetres.
 pub(super) fn step(report: &Report<'_>) -> f64 {
     let range = report.scale.end.min(Scale::robust(report.variance).end);
     (range / STEPS).max(report.variance.max_distance / f64::from(i16::MAX))

@@ -23,8 +23,8 @@ const MOST_NAMES: usize = 24;
 /// Distance of a part's middle from the model's, in halves of its diagonal, from which on the part lies aside.
 const ASIDE: f64 = 0.3;
 
-/// Height of the letters of a name, the distance of its middle from the part, and the length of the line to it, in halves
-/// of the model's diagonal.
+/// Height of the letters of a name, the distance of its middle from the part, and the length of the line to it, in
+/// halves of the model's diagonal.
 const NAME: f64 = 0.065;
 const NAME_DISTANCE: f64 = 0.25;
 const LINE: f64 = 0.2;
@@ -190,15 +190,15 @@ fn figure(value: f64) -> String {
     number(value, decimals as usize)
 }
 
-/// The k-th direction in the scene in which a name may lie: by the golden angle about the axis from the front's left on,
-/// so that the next one is far from all before.
+/// The k-th direction in the scene in which a name may lie: by the golden angle about the axis from the front's left
+/// on, so that the next one is far from all before.
 fn direction(k: usize) -> DVec3 {
     let (sin, cos) = (2.4 * k as f64 - 0.9).sin_cos();
     DVec3::new(sin, 0.35 - 0.1 * (k % 4) as f64, cos)
 }
 
-/// The place of a name in the picture of the first viewpoints: its middle, rightwards and upwards, and half its width and
-/// height. Millimetres.
+/// The place of a name in the picture of the first viewpoints: its middle, rightwards and upwards, and half its width
+/// and height. Millimetres.
 struct Label {
     middle: [f64; 2],
     half: [f64; 2],

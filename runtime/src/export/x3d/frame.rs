@@ -17,8 +17,8 @@ pub(super) struct Frame {
     pub(super) shown: Bounds,
     /// Half the diagonal of the bounding box. Millimetres.
     pub(super) radius: f64,
-    /// Decimals of coordinates: five digits of the radius, and a hundredth of a millimetre at least, a quarter of by how
-    /// much triangles of a model of the size of a hand may leave the surface.
+    /// Decimals of coordinates: five digits of the radius, and a hundredth of a millimetre at least, a quarter of by
+    /// how much triangles of a model of the size of a hand may leave the surface.
     pub(super) decimals: usize,
 }
 

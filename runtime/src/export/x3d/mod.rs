@@ -1,10 +1,10 @@
 //! One self-contained X3D file that shows the model (nominal), the scan as displacement of the model (actual, \[VA\]
 //! sect. 7) and both, in desktop viewers and in browsers.
 //!
-//! The actual surface is not in the file as a mesh: shaders divide the model's triangles until a vertex has a texel, and
-//! move the vertices along their normals by the distances that the texture holds. Which hit counts where a ray met the
-//! scan on both sides is decided in one place, `deviation` in glsl/common.glsl: the nearer one, as in the statistics,
-//! or both.
+//! The actual surface is not in the file as a mesh: shaders divide the model's triangles until a vertex has a texel,
+//! and move the vertices along their normals by the distances that the texture holds. Which hit counts where a ray met
+//! the scan on both sides is decided in one place, `deviation` in glsl/common.glsl: the nearer one, as in the
+//! statistics, or both.
 
 mod annotations;
 mod encoding;

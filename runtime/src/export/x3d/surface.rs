@@ -66,8 +66,8 @@ impl Tiles {
         Some(Self { words, planes, triangles, segments, twice: twice(mesh, deviations) })
     }
 
-    /// The tile's triangles, divided: a vertex is (triangle, steps to its second corner, steps to its third). A strip is
-    /// a row of a triangle, from the edge to the second corner towards the third.
+    /// The tile's triangles, divided: a vertex is (triangle, steps to its second corner, steps to its third). A strip
+    /// is a row of a triangle, from the edge to the second corner towards the third.
     pub(super) fn tile(&self, out: &mut String) {
         let n = self.segments;
         let rows = (0..=n).flat_map(|j| (0..=n - j).map(move |i| [i, j])).collect::<Vec<_>>();

@@ -82,8 +82,8 @@ fn tuples(list: &str) -> usize {
 fn a_tiny_scene() {
     let tessellation = tessellation();
     let text = write(&scene(&tessellation, &deviations(), &[])).unwrap();
-    // The shaders are files of their own, the tile is regular, and the bytes of textures are the encoder's; the snapshot
-    // shows the rest.
+    // The shaders are files of their own, the tile is regular, and the bytes of textures are the encoder's; the
+    // snapshot shows the rest.
     let mut rest = String::new();
     for (i, piece) in text.split("<![CDATA[").enumerate() {
         rest.push_str(if i == 0 { piece } else { piece.split_once("]]>").unwrap().1 });
@@ -316,7 +316,8 @@ fn a_fine_scan_is_shown_in_few_triangles() {
     }
     let shown = simplified(&mesh);
     assert!((8_000..24_000).contains(&shown.triangles.len()), "{}", shown.triangles.len());
-    // A mean of points of a cell of 1.5 mm lies within the sphere by less than the cell's diagonal squared over 8 radii.
+    // A mean of points of a cell of 1.5 mm lies within the sphere by less than the cell's diagonal squared over 8
+    // radii.
     let depth = |p: &[f64; 3]| 30.0 - p.iter().map(|c| c * c).sum::<f64>().sqrt();
     assert!(shown.positions.iter().all(|p| (-1e-9..0.03).contains(&depth(p))));
     let outward = |t: &&[u32; 3]| {

@@ -221,7 +221,8 @@ pub(in crate::variance) fn form_deviations(
         if let Some(zone) = &mut form.zone {
             let is_beside = |at: &[f64; 3]| gaps.iter().any(|gap| gap.distance((*at).into()) < BESIDE_GAP * cutoff);
             let WithoutNoise { corrected, uncertainty, .. } = zone.without_noise;
-            // Where nearly all of a surface is exact, as between two meshes, what is not is left out as stray points are.
+            // Where nearly all of a surface is exact, as between two meshes, what is not is left out as stray points
+            // are.
             let is_partial = left_out > MANY_LEFT_OUT;
             zone.lower_limit =
                 is_partial || corrected > CLEARLY * uncertainty && (zone.lower_limit || zone.at.iter().any(is_beside));
