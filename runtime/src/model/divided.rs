@@ -4,9 +4,9 @@ use crate::mesh::{Group, TriangleMesh};
 use glam::{DVec2, DVec3};
 use std::collections::HashMap;
 
-/// Triangles that meet a length of edges, to a square of that length: an equilateral triangle has 2.3 of its edge's,
-/// and halves of long ones have less.
-const TO_A_SQUARE: f64 = 5.0;
+/// The area of a surface over that of its triangles as halved edges leave them, in squares of the longest edge: 12 of a
+/// plate that begins with a sliver. Less long ones have more area, and so there are fewer of them.
+const TO_A_SQUARE: f64 = 12.0;
 
 /// A mesh of the same surface whose edges are at most `edge` millimetres long, or so short as `most` triangles allow.
 /// An edge is halved whatever triangle it belongs to, so that what was closed stays closed. Normals and texture
