@@ -51,8 +51,7 @@ impl<'a> Prepared<'a> {
 
     /// Mean distance between neighbouring samples. Millimetres.
     pub(super) fn spacing(&self) -> f64 {
-        let area: f64 = self.surface.texels.area.iter().map(|area| f64::from(*area).max(0.0)).sum();
-        (area / self.len().max(1) as f64).sqrt()
+        self.surface.texels.width_on_the_surface()
     }
 
     /// The surface to which distances are measured.

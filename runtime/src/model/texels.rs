@@ -34,10 +34,11 @@ pub struct Texels {
 }
 
 impl Texels {
-    /// The mean width of a texel on the surface, in millimetres; 0 where there are none.
+    /// The mean width of a texel on the surface, which is the mean distance between neighbours, in millimetres; 0 where
+    /// there are none.
     #[must_use]
     pub fn width_on_the_surface(&self) -> f64 {
-        let area: f64 = self.area.iter().map(|area| f64::from(*area)).sum();
+        let area: f64 = self.area.iter().map(|area| f64::from(*area).max(0.0)).sum();
         (area / self.area.len().max(1) as f64).sqrt()
     }
 

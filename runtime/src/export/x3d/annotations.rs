@@ -47,14 +47,19 @@ const LETTERS: f64 = 0.019;
 /// Ink of texts and lines.
 const INK: &str = "0.12 0.14 0.17";
 
+/// An appearance of one colour, whatever the light. Lines have no other.
+pub(super) fn flat(colour: &str) -> String {
+    format!("<Appearance><Material diffuseColor='0 0 0' emissiveColor='{colour}'/></Appearance>")
+}
+
 /// A text with its middle, or its beginning, at the origin.
 fn text(lines: &[&str], size: f64, middle: bool, out: &mut String) {
     let justify = if middle { r#""MIDDLE" "MIDDLE""# } else { r#""BEGIN" "MIDDLE""# };
     let string = escape(&lines.iter().map(|line| quoted(line)).collect::<Vec<_>>().join(" "));
-    let size = number(size, 6);
+    let (size, ink) = (number(size, 6), flat(INK));
     let _ = write!(
         out,
-        "<Shape><Appearance><Material diffuseColor='0 0 0' emissiveColor='{INK}'/></Appearance><Text string='{string}'>\
+        "<Shape>{ink}<Text string='{string}'>\
          <FontStyle family='\"SANS\"' size='{size}' justify='{justify}'/></Text></Shape>"
     );
 }
@@ -101,11 +106,10 @@ fn classes(deviations: &Deviations, top: f64, out: &mut String) {
     for (k, (colour, name)) in classes.iter().filter(|(colour, _)| *colour != NO_DATA).enumerate() {
         let y = top - 0.026 * k as f64;
         let (place, beside) = (list_of([-0.055, y, 0.0], 5), list_of([-0.04, y, 0.0], 5));
-        let colour = colour.map(|c| number(f64::from(c) / 255.0, 3)).join(" ");
+        let appearance = flat(&colour.map(|c| number(f64::from(c) / 255.0, 3)).join(" "));
         let _ = write!(
             out,
-            "      <Transform translation='{place}'><Shape><Appearance><Material diffuseColor='0 0 0' emissiveColor='{colour}'/>\
-             </Appearance><Box size='0.014 0.014 0.001'/></Shape></Transform>\n      <Transform translation='{beside}'>"
+            "      <Transform translation='{place}'><Shape>{appearance}<Box size='0.014 0.014 0.001'/></Shape></Transform>\n      <Transform translation='{beside}'>"
         );
         text(&[name], LETTERS, false, out);
         out.push_str("</Transform>\n");
@@ -146,9 +150,10 @@ fn bar(scale: &Scale, out: &mut String) {
     // The middle of the scale is as bright as the background.
     let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0)];
     let corners = corners.map(|(x, y)| list_of([x * width / 2.0, y * height / 2.0, 0.0], 5)).join(",");
+    let ink = flat(INK);
     let _ = writeln!(
         out,
-        "      <Shape><Appearance><Material diffuseColor='0 0 0' emissiveColor='{INK}'/></Appearance>\
+        "      <Shape>{ink}\
          <LineSet vertexCount='5'><Coordinate point='{corners}'/></LineSet></Shape>"
     );
 }
@@ -157,7 +162,7 @@ fn bar(scale: &Scale, out: &mut String) {
 pub(super) fn scale_bar(frame: &Frame, out: &mut String) {
     // A quarter to half of the model's diagonal.
     let length = round_up(0.25 * frame.radius);
-    let (half, thick) = (length / 2.0, 0.012 * frame.radius);
+    let (half, thick, ink) = (length / 2.0, 0.012 * frame.radius, flat(INK));
     let low = frame.shown.low.y - 0.16 * frame.radius;
     let place = list_of([0.0, low, 0.0], frame.decimals);
     let size = list_of([length, thick, thick], frame.decimals + 2);
@@ -165,29 +170,16 @@ pub(super) fn scale_bar(frame: &Frame, out: &mut String) {
     let _ = write!(
         out,
         "    <Transform translation='{place}'><Billboard axisOfRotation='0 0 0'>\
-         <Shape><Appearance><Material diffuseColor='0 0 0' emissiveColor='{INK}'/></Appearance><Box size='{size}'/></Shape>"
+         <Shape>{ink}<Box size='{size}'/></Shape>"
     );
     for end in [-half, half] {
         let end = list_of([end, 0.0, 0.0], frame.decimals + 2);
         let tick = list_of([thick, 4.0 * thick, thick], frame.decimals + 2);
-        let _ = write!(
-            out,
-            "<Transform translation='{end}'><Shape><Appearance><Material diffuseColor='0 0 0' emissiveColor='{INK}'/>\
-             </Appearance><Box size='{tick}'/></Shape></Transform>"
-        );
+        let _ = write!(out, "<Transform translation='{end}'><Shape>{ink}<Box size='{tick}'/></Shape></Transform>");
     }
     let _ = write!(out, "<Transform translation='{below}'>");
-    text(&[&format!("{} mm", figure(length))], 0.09 * frame.radius, true, out);
+    text(&[&format!("{} mm", number(length, 12))], 0.09 * frame.radius, true, out);
     out.push_str("</Transform></Billboard></Transform>\n");
-}
-
-/// A number of at most four digits.
-fn figure(value: f64) -> String {
-    if value == 0.0 {
-        return "0".to_owned();
-    }
-    let decimals = (3.0 - value.abs().log10().floor()).clamp(0.0, 12.0);
-    number(value, decimals as usize)
 }
 
 /// The k-th direction in the scene in which a name may lie: by the golden angle about the axis from the front's left
@@ -215,7 +207,7 @@ impl Label {
 pub(super) fn names(parts: &[Part], mesh: &TriangleMesh, frame: &Frame, out: &mut String) {
     let mut largest: Vec<&Part> = parts.iter().collect();
     largest.sort_by_key(|part| std::cmp::Reverse(part.triangles.len()));
-    let size = NAME * frame.radius;
+    let (size, ink) = (NAME * frame.radius, flat(INK));
     let mut placed: Vec<Label> = Vec::new();
     for (k, part) in largest.into_iter().take(MOST_NAMES).enumerate() {
         let name = shortened(&part.name);
@@ -235,7 +227,7 @@ pub(super) fn names(parts: &[Part], mesh: &TriangleMesh, frame: &Frame, out: &mu
         let [from, to, beyond] = [at, line_end, middle].map(|p| list_of(p.to_array(), frame.decimals));
         let _ = write!(
             out,
-            "            <Shape><Appearance><Material diffuseColor='0 0 0' emissiveColor='{INK}'/></Appearance>\
+            "            <Shape>{ink}\
              <LineSet vertexCount='2'><Coordinate point='{from},{to}'/></LineSet></Shape>\n            \
              <Transform translation='{beyond}'><Billboard axisOfRotation='0 0 0'>"
         );

@@ -184,8 +184,8 @@ impl Modes<'_, '_> {
                 out,
                 "\n<Shape><Appearance><Material diffuseColor='{colour}'/><TextureTransform translation='{translation}'/>"
             );
-            self.tile_shader(Dialect::Desktop, out);
-            self.tile_shader(Dialect::Web, out);
+            self.tile_shader(tiles, Dialect::Desktop, out);
+            self.tile_shader(tiles, Dialect::Web, out);
             out.push_str("</Appearance>");
             if self.first("Tile") {
                 tiles.tile(out);
@@ -200,13 +200,12 @@ impl Modes<'_, '_> {
     /// The desktop's shader is first, since Castle Game Engine takes the first whether or not it can compile it. X_ITE
     /// takes the first that it can use, and would say what it cannot: `load` keeps it from what it need not try, and
     /// Castle Game Engine does not know `load`.
-    fn tile_shader(&mut self, dialect: Dialect, out: &mut String) {
+    fn tile_shader(&mut self, tiles: &Tiles, dialect: Dialect, out: &mut String) {
         let name = if dialect == Dialect::Desktop { "DesktopTiles" } else { "WebTiles" };
         if !self.first(name) {
             let _ = write!(out, "<ComposedShader USE='{name}' containerField='shaders'/>");
             return;
         }
-        let Some(tiles) = self.tiles else { return };
         let _ = writeln!(out, "\n<ComposedShader DEF='{name}' language='GLSL' containerField='shaders'>");
         self.common_fields(out);
         for (kind, field, value) in tiles.fields(self.frame) {

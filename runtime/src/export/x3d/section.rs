@@ -1,5 +1,6 @@
 //! Outlines of the model and of the scan in the plane of the front view through the model's middle.
 
+use super::annotations::flat;
 use super::frame::Frame;
 use super::numbers::{list, number};
 use super::scan::simplified;
@@ -32,11 +33,8 @@ pub(super) fn outline(mesh: &TriangleMesh, colour: &str, frame: &Frame, out: &mu
     if segments.is_empty() {
         return;
     }
-    let _ = write!(
-        out,
-        "            <Shape><Appearance><Material diffuseColor='0 0 0' emissiveColor='{colour}'/></Appearance>\
-         <LineSet vertexCount='"
-    );
+    let appearance = flat(colour);
+    let _ = write!(out, "            <Shape>{appearance}<LineSet vertexCount='");
     for i in 0..segments.len() {
         out.push_str(if i == 0 { "2" } else { " 2" });
     }
