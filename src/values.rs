@@ -7,6 +7,7 @@ use gml_compiler::number;
 use gml_compiler::program::{Input, Program, Quantity};
 use gml_compiler::suggest::nearest;
 use gml_compiler::syntax;
+use gml_runtime::mesh::Bounds;
 use gml_runtime::model::{LARGEST, SMALLEST};
 use gml_runtime::variance::{DecisionRule, Resolution, Tolerance};
 use std::fmt::Display;
@@ -120,6 +121,30 @@ pub(crate) fn acute_angle(text: &str) -> Result<f64, String> {
 pub(crate) fn fraction(text: &str) -> Result<f64, String> {
     let value = parse(text, Quantity::Real)?;
     if (0.0..=1.0).contains(&value) { Ok(value) } else { Err("is not between 0 and 1".into()) }
+}
+
+/// Parses a box: ranges of x, y and z, whose ends may be left out. Millimetres.
+pub(crate) fn crop(text: &str) -> Result<Bounds, String> {
+    const EXPECTED: &str = "expected three ranges such as 1.2m..1.8m,..,0mm..2m";
+    let mut bounds = Bounds { low: [f64::NEG_INFINITY; 3].into(), high: [f64::INFINITY; 3].into() };
+    let ranges: Vec<&str> = text.split(',').collect();
+    if ranges.len() != 3 {
+        return Err(format!("has {} ranges: {EXPECTED}", ranges.len()));
+    }
+    for (axis, range) in ranges.into_iter().enumerate() {
+        let Some((low, high)) = range.split_once("..") else {
+            return Err(format!("has a range without `..`: {EXPECTED}"));
+        };
+        for (end, text) in [(&mut bounds.low[axis], low), (&mut bounds.high[axis], high)] {
+            if !text.trim().is_empty() {
+                *end = parse(text, Quantity::Length).map_err(|e| format!("has an end, `{}`, that {e}", text.trim()))?;
+            }
+        }
+        if bounds.low[axis] > bounds.high[axis] {
+            return Err(format!("has a range, `{}`, that ends before it begins", range.trim()));
+        }
+    }
+    Ok(bounds)
 }
 
 /// Parses a tolerance: `0.5mm` is from -0.5 to 0.5, `+0.3/-0.1mm` from -0.1 to 0.3 in either order; the last unit holds

@@ -88,8 +88,8 @@ fn from_model(args: &VarianceArgs, options: &MeasureOptions, mut record: Record)
 }
 
 fn from_mesh(args: &VarianceArgs, options: &MeasureOptions, mut record: Record) -> Result<Measured, CommandError> {
-    let unit = args.reference_unit.unwrap_or_default();
-    let ReferenceMesh { mesh, warnings, .. } = scan::read_mesh(&args.reference, unit).map_err(CommandError::failed)?;
+    let ReferenceMesh { mesh, unit, warnings, .. } =
+        scan::read_mesh(&args.reference, args.reference_unit).map_err(CommandError::failed)?;
     let scan = read_scan(args)?;
     record::add_scan(&mut record, &scan.source);
     record::add_file(&mut record, "reference", &args.reference);
@@ -97,7 +97,8 @@ fn from_mesh(args: &VarianceArgs, options: &MeasureOptions, mut record: Record) 
     let mut measurement = measure_from(&args.reference, Reference::Mesh(&mesh), &scan, None, options)?;
     let report = &mut measurement.report;
     report.warnings.extend(warnings);
-    report.warnings.extend(other_unit(mesh.bounds().diagonal(), unit, scan.mesh.bounds().diagonal(), args.scan.unit));
+    let scan_unit = &scan.source.unit;
+    report.warnings.extend(other_unit(mesh.bounds().diagonal(), &unit, scan.mesh.bounds().diagonal(), scan_unit));
     report.provenance = Some(record);
     let name = record::file_name(&args.reference);
     // Which way is up in a mesh is not known: that of its coordinates, as most programs have it.
@@ -116,12 +117,13 @@ fn read_scan(args: &VarianceArgs) -> Result<Scan, CommandError> {
 const SAME_SIZE: f64 = 1.3;
 
 /// A sentence on a reference mesh and a scan whose sizes would be the same if the mesh's file were in another unit.
-fn other_unit(mesh: f64, unit: Unit, scan: f64, scan_unit: Unit) -> Option<String> {
+fn other_unit(mesh: f64, unit: &str, scan: f64, scan_unit: &str) -> Option<String> {
     let are_same = |a: f64, b: f64| a > 0.0 && b > 0.0 && a.max(b) < SAME_SIZE * a.min(b);
     if are_same(mesh, scan) {
         return None;
     }
-    let size = |other: Unit| mesh / unit.millimetres() * other.millimetres();
+    let own: Unit = unit.parse().ok()?;
+    let size = |other: Unit| mesh / own.millimetres() * other.millimetres();
     let meant = Unit::ALL.into_iter().find(|other| are_same(size(*other), scan))?;
     let [mesh, scan] = [mesh, scan].map(table::number);
     Some(format!(
@@ -204,11 +206,11 @@ mod tests {
 
     #[test]
     fn sizes_tell_of_units_that_are_mixed_up() {
-        assert_eq!(other_unit(50.0, Unit::Mm, 48.0, Unit::Mm), None);
-        assert_eq!(other_unit(50.0, Unit::Mm, 170.0, Unit::Mm), None, "no unit explains that");
-        let inches = other_unit(2.0, Unit::Mm, 50.8, Unit::Mm).expect("a sentence");
+        assert_eq!(other_unit(50.0, "mm", 48.0, "mm"), None);
+        assert_eq!(other_unit(50.0, "mm", 170.0, "mm"), None, "no unit explains that");
+        let inches = other_unit(2.0, "mm", 50.8, "mm").expect("a sentence");
         assert!(inches.contains("which would be in for a scan in mm"), "{inches}");
-        let metres = other_unit(0.05, Unit::Mm, 49.0, Unit::Mm).expect("a sentence");
+        let metres = other_unit(0.05, "mm", 49.0, "mm").expect("a sentence");
         assert!(metres.contains("would be m for"), "{metres}");
     }
 }

@@ -30,7 +30,7 @@ const POSE: usize = 6;
 pub(crate) fn run(data: &str, starts: usize, first: usize, wanted: &[String]) {
     let program = program("examples/cup/cup.gml", BTreeMap::new());
     let path = format!("{data}/cup/cup_scan.ply");
-    let scan = scan::read(Path::new(&path), Unit::Mm).unwrap_or_else(|e| panic!("{e}"));
+    let scan = scan::read(Path::new(&path), &Unit::Mm.into(), &Silent).unwrap_or_else(|e| panic!("{e}"));
     let best = fit(&program, &scan, &FitOptions::default(), &Silent).unwrap_or_else(|e| panic!("{e}"));
     println!("best known: objective {:.6}, sigma {:.3} mm, {:.2} s", best.objective, best.sigma, seconds(&best));
     for kind in [Kind::Near, Kind::Nothing, Kind::Defaults] {

@@ -4,7 +4,7 @@ use crate::{program, seconds};
 use gml_compiler::check::InputValue;
 use gml_runtime::fit::{FitOptions, fit};
 use gml_runtime::progress::Silent;
-use gml_runtime::scan;
+use gml_runtime::scan::{self, Unit};
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -24,7 +24,11 @@ pub(crate) fn run(data: &str) {
         let inputs: BTreeMap<String, InputValue> =
             input.iter().map(|(n, v)| ((*n).to_owned(), InputValue::Int(*v))).collect();
         let program = program(&format!("examples/{name}/{name}.gml"), inputs);
-        let scan = scan::read(Path::new(&format!("{data}/scans/{file}")), unit.parse().unwrap_or_default());
+        let scan = scan::read(
+            Path::new(&format!("{data}/scans/{file}")),
+            &unit.parse::<Unit>().unwrap_or_default().into(),
+            &Silent,
+        );
         let scan = scan.unwrap_or_else(|e| panic!("{e}"));
         let result = fit(&program, &scan, &FitOptions::default(), &Silent).unwrap_or_else(|e| panic!("{e}"));
         println!(

@@ -77,8 +77,8 @@ fn gmlc(words: &[&str], output: &Path) -> Result<(), Box<dyn Error>> {
 /// position, normal and area of every texel; `closest.bin` and `normal.bin` a texel's distances outwards and inwards
 /// without the mutual test, and its signed distance with it.
 fn write(folder: &Path, model: &Path, scan: &Path) -> Result<(), Box<dyn Error>> {
-    let model = scan::read_mesh(model, Unit::Mm)?.mesh;
-    let scan = scan::read(scan, Unit::Mm)?;
+    let model = scan::read_mesh(model, Some(Unit::Mm))?.mesh;
+    let scan = scan::read(scan, &Unit::Mm.into(), &Silent)?;
     let measured = |distance, matching| -> Result<Measurement, Box<dyn Error>> {
         let mut options = MeasureOptions::default();
         options.resolution = Resolution::Side(SIDE);

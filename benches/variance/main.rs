@@ -75,7 +75,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     let program = cup()?;
     let x = true_parameters(&program, &folder)?;
-    let scan = read(&folder.join("cup_scan.ply"), Unit::Mm)?;
+    let scan = read(&folder.join("cup_scan.ply"), &Unit::Mm.into(), &Silent)?;
     let side = value("--side").map_or(Ok(SIDE), |side| side.parse())?;
     let own = tempfile::tempdir()?;
     let dump = match (value("--dump"), &python) {

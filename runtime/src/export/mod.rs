@@ -19,6 +19,7 @@ pub mod picture;
 pub mod render;
 pub mod report;
 pub mod scale;
+pub mod scan;
 mod section;
 pub mod svg;
 pub mod views;

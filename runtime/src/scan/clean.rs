@@ -1,5 +1,6 @@
 //! Cleaning: it establishes the properties of a [`Scan`](super::Scan) that later stages rely on.
 
+use super::attributes::Attributes;
 use super::error::ScanFault;
 use super::normals;
 use super::raw::{RawMesh, merge_equal};
@@ -12,6 +13,7 @@ use std::collections::HashSet;
 pub(super) struct Cleaned {
     /// With unit vertex normals.
     pub(super) mesh: TriangleMesh,
+    pub(super) attributes: Attributes,
     /// The signs of the normals are more than a guess.
     pub(super) oriented: bool,
     /// The triangles were turned to agree with the file's normals.
@@ -27,12 +29,16 @@ pub(super) struct Dropped {
     pub(super) all: usize,
     pub(super) without_area: usize,
     pub(super) repeated: usize,
+    /// Points of a cloud at the place of another one; vertices of a mesh that are one with another.
+    pub(super) equal_points: usize,
+    /// Vertices that no triangle uses.
+    pub(super) unused: usize,
 }
 
 impl Dropped {
     /// A sentence about them, if there are any.
     pub(super) fn warning(self) -> Option<String> {
-        let Self { all, without_area, repeated } = self;
+        let Self { all, without_area, repeated, .. } = self;
         let counts = [(without_area, "without area"), (repeated, "that are there twice")];
         let counts: Vec<String> =
             counts.iter().filter(|(count, _)| *count > 0).map(|(count, kind)| format!("{count} {kind}")).collect();
@@ -52,7 +58,9 @@ pub(super) fn clean(raw: &RawMesh) -> Result<Cleaned, ScanFault> {
     let (positions, index) = merge_equal(raw.positions.iter().copied());
     let mut normals = merged_normals(raw, &index, positions.len());
     let mut mesh = TriangleMesh { positions, ..TriangleMesh::default() };
-    let mut dropped = Dropped { all: raw.triangles.len(), ..Dropped::default() };
+    let mut attributes = raw.attributes.merged(&index, mesh.positions.len());
+    let equal_points = raw.positions.len() - mesh.positions.len();
+    let mut dropped = Dropped { all: raw.triangles.len(), equal_points, ..Dropped::default() };
     let mut seen: HashSet<[u32; 3], RandomState> = HashSet::default();
     for triangle in &raw.triangles {
         let triangle = triangle.map(|i| index[i as usize]);
@@ -73,6 +81,8 @@ pub(super) fn clean(raw: &RawMesh) -> Result<Cleaned, ScanFault> {
         let used = renumber_used(&mut mesh.triangles, mesh.positions.len());
         retain_marked(&mut mesh.positions, &used);
         retain_marked(&mut normals, &used);
+        attributes.retain_marked(&used);
+        dropped.unused = used.iter().filter(|used| !**used).count();
     }
     let turned = is_contradictory(&mesh, &normals);
     if turned {
@@ -84,7 +94,7 @@ pub(super) fn clean(raw: &RawMesh) -> Result<Cleaned, ScanFault> {
     for (normal, given) in mesh.normals.iter_mut().zip(normals) {
         *normal = given.map_or(*normal, Into::into);
     }
-    Ok(Cleaned { mesh, oriented, turned, dropped })
+    Ok(Cleaned { mesh, attributes, oriented, turned, dropped })
 }
 
 /// Whether nearly all triangles face away from the normals that the file gives their vertices.

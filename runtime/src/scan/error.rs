@@ -31,6 +31,29 @@ pub enum ScanFault {
     /// The operating system refuses.
     #[error("it cannot be read: {}", in_words(.0))]
     Unreadable(#[source] std::io::Error),
+    /// The user ended the work.
+    #[error("interrupted")]
+    Cancelled,
+    /// It has no scan of that number.
+    #[error("it has {count} scan{}; --scan-index counts from 0", if *count == 1 { "" } else { "s" })]
+    NoSuchScan {
+        /// Scans in the file.
+        count: usize,
+    },
+    /// None of its points is in the box.
+    #[error(
+        "none of its {points} points is in the box of --crop, which is in the file's frame (`gmlc info` says where they are)"
+    )]
+    NothingInBox {
+        /// Points in the file.
+        points: u64,
+    },
+    /// All of its points are none.
+    #[error("none of its {count} points is valid: they have no coordinates, or the file marks them as invalid")]
+    OnlyInvalid {
+        /// Points in the file.
+        count: u64,
+    },
     /// It has no bytes.
     #[error("the file is empty (0 bytes); export the scan again")]
     Empty,
@@ -43,7 +66,9 @@ pub enum ScanFault {
         limit: u64,
     },
     /// It is none of the formats that are read.
-    #[error("expected an OBJ, PLY or STL file, found {found}; {fix}")]
+    #[error(
+        "expected a scan or a mesh (OBJ, PLY, STL, OFF, glTF, 3MF, E57, LAS, LAZ, PCD, PTS, PTX, XYZ or CSV), found {found}; {fix}"
+    )]
     NotRecognised {
         /// The format that it seems to have, with an article.
         found: String,

@@ -1,6 +1,7 @@
 //! The format of a file: by its content first, by its extension second.
 
 use super::error::ScanFault;
+use super::formats::{gltf, pts, ptx, table};
 use std::path::Path;
 
 /// The formats that are read.
@@ -9,6 +10,15 @@ pub(super) enum Format {
     Obj,
     Ply,
     Stl,
+    Off,
+    Gltf,
+    ThreeMf,
+    E57,
+    Las,
+    Pcd,
+    Pts,
+    Ptx,
+    Table,
 }
 
 impl Format {
@@ -18,23 +28,42 @@ impl Format {
             Self::Obj => "OBJ",
             Self::Ply => "PLY",
             Self::Stl => "STL",
+            Self::Off => "OFF",
+            Self::Gltf => "glTF",
+            Self::ThreeMf => "3MF",
+            Self::E57 => "E57",
+            Self::Las => "LAS",
+            Self::Pcd => "PCD",
+            Self::Pts => "PTS",
+            Self::Ptx => "PTX",
+            Self::Table => "text table",
         }
+    }
+
+    /// The format that the ending of a file's name says, in lower case.
+    fn of_ending(ending: &str) -> Option<Self> {
+        Some(match ending {
+            "obj" => Self::Obj,
+            "ply" => Self::Ply,
+            "stl" => Self::Stl,
+            "off" => Self::Off,
+            "gltf" | "glb" => Self::Gltf,
+            "3mf" => Self::ThreeMf,
+            "e57" => Self::E57,
+            "las" | "laz" => Self::Las,
+            "pcd" => Self::Pcd,
+            "pts" => Self::Pts,
+            "ptx" => Self::Ptx,
+            "xyz" | "txt" | "asc" | "csv" | "xyzn" | "xyzrgb" | "neu" | "tsv" | "dat" => Self::Table,
+            _ => return None,
+        })
     }
 }
 
 /// Beginnings of files that people confuse with scans and scripts, in lower case, and their formats.
-const FOREIGN: [(&[u8], &str, &str); 23] = [
-    (b"astm-e57", "an E57 file", CONVERT),
-    (b"lasf", "a LAS or LAZ file", CONVERT),
-    (b"gltf", "a binary glTF file", CONVERT),
-    (b"# .pcd", "a PCD file", CONVERT),
+const FOREIGN: [(&[u8], &str, &str); 13] = [
     (b"version https://git-lfs", "a pointer of Git LFS, not the file itself", "`git lfs pull` fetches that"),
     (b"/annex/objects/", "a pointer of git-annex, not the file itself", "`git annex get` fetches that"),
-    (b"version", "a PCD file", CONVERT),
-    (b"off", "an OFF file", CONVERT),
-    (b"coff", "an OFF file", CONVERT),
-    (b"pk\x03\x04", "a ZIP archive (3MF, or compressed)", CONVERT),
-    (b"\x1f\x8b", "a gzip-compressed file", "`gunzip` it first"),
     (b"iso-10303-21", "a STEP file", CONVERT),
     (b"\x89png", "a PNG picture", CONVERT),
     (b"<!doctype html", "an HTML page", DOWNLOAD),
@@ -45,8 +74,22 @@ const FOREIGN: [(&[u8], &str, &str); 23] = [
     (b"{", "a JSON file", CONVERT),
     (b"%pdf", "a PDF file", CONVERT),
     (b"kaydara fbx", "an FBX file", CONVERT),
-    (b"\xff\xfe", "a text in UTF-16", "save it as UTF-8"),
-    (b"\xfe\xff", "a text in UTF-16", "save it as UTF-8"),
+    (b"7z\xbc\xaf\x27\x1c", "a 7z archive", "unpack it first"),
+];
+
+/// Beginnings of files that are scans and no scripts, in lower case, and their formats.
+const SCANS: [(&[u8], &str); 11] = [
+    (b"astm-e57", "an E57 file"),
+    (b"lasf", "a LAS or LAZ file"),
+    (b"gltf", "a binary glTF file"),
+    (b"# .pcd", "a PCD file"),
+    (b"version .", "a PCD file"),
+    (b"off", "an OFF file"),
+    (b"coff", "an OFF file"),
+    (b"pk\x03\x04", "a ZIP archive (3MF, or compressed)"),
+    (b"\x1f\x8b", "a gzip-compressed file"),
+    (b"\xff\xfe", "a text in UTF-16"),
+    (b"\xfe\xff", "a text in UTF-16"),
 ];
 const CONVERT: &str = "convert it to one of these";
 const DOWNLOAD: &str = "download the file again: the site may have wanted a login or a click first";
@@ -60,41 +103,79 @@ pub struct Foreign {
     pub fix: Option<&'static str>,
 }
 
-/// Recognises a file that is neither a scan nor a script by its beginning.
+/// Recognises a file that is not a script by its beginning.
 #[must_use]
 pub fn foreign(bytes: &[u8]) -> Option<Foreign> {
-    let start = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start();
-    let is = |magic: &[u8]| start.get(..magic.len()).is_some_and(|begin| begin.eq_ignore_ascii_case(magic));
-    let (_, found, fix) = FOREIGN.iter().find(|(magic, ..)| is(magic))?;
+    let start = beginning(bytes);
+    let scan = SCANS.iter().find(|(magic, _)| begins_with(start, magic));
+    scan.map(|(_, found)| Foreign { found, fix: None }).or_else(|| unreadable(bytes))
+}
+
+/// Recognises a file that is neither a scan nor a script by its beginning.
+fn unreadable(bytes: &[u8]) -> Option<Foreign> {
+    let start = beginning(bytes);
+    let (_, found, fix) = FOREIGN.iter().find(|(magic, ..)| begins_with(start, magic))?;
     Some(Foreign { found, fix: Some(*fix).filter(|fix| *fix != CONVERT) })
 }
 
-/// Recognises a file's format. A file whose content does not tell (say, an OBJ file of comments only) is taken for what
-/// its extension says, so that the message is about that format.
-pub(super) fn recognise(path: &Path, bytes: &[u8]) -> Result<Format, ScanFault> {
-    if bytes.starts_with(b"ply") && bytes.get(3).is_none_or(u8::is_ascii_whitespace) {
-        return Ok(Format::Ply);
+fn beginning(bytes: &[u8]) -> &[u8] {
+    bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start()
+}
+
+fn begins_with(start: &[u8], magic: &[u8]) -> bool {
+    start.get(..magic.len()).is_some_and(|begin| begin.eq_ignore_ascii_case(magic))
+}
+
+/// Recognises the format of a file of `size` bytes that begins with `head`. A file whose content does not tell (say, an
+/// OBJ file of comments only) is taken for what its extension says, so that the message is about that format.
+pub(super) fn recognise(path: &Path, head: &[u8], size: u64) -> Result<Format, ScanFault> {
+    if let Some(format) = by_content(head, size) {
+        return Ok(format);
     }
-    // Its header has any text, and its size is no accident.
-    if binary_stl_size(bytes) == Some(bytes.len() as u64) {
-        return Ok(Format::Stl);
-    }
-    if let Some(Foreign { found, fix }) = foreign(bytes) {
+    if let Some(Foreign { found, fix }) = unreadable(head) {
         return Err(ScanFault::NotRecognised { found: found.to_owned(), fix: fix.unwrap_or(CONVERT) });
     }
-    if is_ascii_stl(bytes) {
+    if is_ascii_stl(head) {
         return Ok(Format::Stl);
     }
-    if is_obj(bytes) {
+    if is_obj(head) {
         return Ok(Format::Obj);
     }
-    let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
-    match extension.as_str() {
-        "obj" => Ok(Format::Obj),
-        "ply" => Ok(Format::Ply),
-        "stl" => Ok(Format::Stl),
-        _ => Err(ScanFault::NotRecognised { found: describe(bytes), fix: CONVERT }),
+    let texts = [(Format::Ptx, ptx::recognise as fn(&[u8]) -> bool), (Format::Pts, pts::recognise)];
+    if let Some((format, _)) = texts.into_iter().find(|(_, recognise)| recognise(head)) {
+        return Ok(format);
     }
+    let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
+    let by_name = Format::of_ending(&extension);
+    match by_name {
+        // Any text may be called so.
+        None | Some(Format::Table) if table::recognise(head) => Ok(Format::Table),
+        Some(format) if format != Format::Table => Ok(format),
+        _ => Err(ScanFault::NotRecognised { found: describe(head), fix: CONVERT }),
+    }
+}
+
+/// The format that the first bytes say by themselves.
+fn by_content(head: &[u8], size: u64) -> Option<Format> {
+    let start = beginning(head);
+    let is = |magic: &[u8]| begins_with(start, magic);
+    let word = |magic: &[u8]| is(magic) && start.get(magic.len()).is_none_or(u8::is_ascii_whitespace);
+    if head.starts_with(b"ply") && head.get(3).is_none_or(u8::is_ascii_whitespace) {
+        return Some(Format::Ply);
+    }
+    // Its header has any text, and its size is no accident.
+    if binary_stl_size(head) == Some(size) {
+        return Some(Format::Stl);
+    }
+    let formats = [
+        (is(b"astm-e57"), Format::E57),
+        (head.starts_with(b"LASF"), Format::Las),
+        (is(b"# .pcd") || is(b"version .") || is(b"version 0.7"), Format::Pcd),
+        (["off", "coff", "noff", "cnoff", "stoff", "4off", "noff4"].iter().any(|w| word(w.as_bytes())), Format::Off),
+        (gltf::recognise(head), Format::Gltf),
+        (head.starts_with(b"PK\x03\x04"), Format::ThreeMf),
+    ];
+    formats.into_iter().find(|(is_it, _)| *is_it).map(|(_, format)| format)
 }
 
 /// The size that a binary STL file with this header would have.

@@ -1,5 +1,6 @@
 //! Vertex normals: of files without normals, and where those of a file or of its triangles point anywhere.
 
+use super::attributes::Stations;
 use super::connected::Connected;
 use super::neighbours::Neighbours;
 use super::thinned::{Thinned, least_thinning};
@@ -48,6 +49,21 @@ fn of_cloud(positions: &[[f64; 3]]) -> Vec<[f64; 3]> {
             if normal.dot(DVec3::from(p) - centre) < 0.0 { -normal } else { normal }.into()
         })
         .collect()
+}
+
+/// Turns the normals of a cloud towards the scanner, which sees no surface from behind; false where a point's station is
+/// not known.
+pub(super) fn turn_to_stations(mesh: &mut TriangleMesh, stations: &Stations) -> bool {
+    let known = !stations.of_points.is_empty() && (0..stations.of_points.len()).all(|i| stations.of(i).is_some());
+    if known {
+        for (i, (normal, position)) in mesh.normals.iter_mut().zip(&mesh.positions).enumerate() {
+            let towards = stations.of(i).map_or(DVec3::ZERO, |s| DVec3::from(s.place) - DVec3::from(*position));
+            if DVec3::from(*normal).dot(towards) < 0.0 {
+                *normal = normal.map(|c| -c);
+            }
+        }
+    }
+    known
 }
 
 /// The normal of a point's neighbours (nearest first), or of fewer of them where these are much flatter. None where it

@@ -1,5 +1,6 @@
 //! The geometry of a file as it stands there, in the file's unit: the output of the readers.
 
+use super::attributes::Attributes;
 use super::error::ScanFault;
 use super::polygon::{Budget, Triangulation, is_tangled, triangulate};
 use crate::mesh::{Group, TriangleMesh};
@@ -35,6 +36,10 @@ pub(super) struct RawMesh {
     pub(super) groups: Vec<Group>,
     /// The faces of more than three corners, each of which is a fan of triangles so far.
     pub(super) polygons: Vec<Polygon>,
+    /// As many as positions, or none.
+    pub(super) attributes: Attributes,
+    /// The unit that the file states, in millimetres.
+    pub(super) unit: Option<f64>,
     /// Sentences about what of the file is left out, or looks as if it was lost before.
     pub(super) warnings: Vec<String>,
 }
@@ -88,6 +93,9 @@ impl RawMesh {
             if !position.iter().all(|&c| is_usable(c)) {
                 return Err(ScanFault::NonFinite { vertex: i + 1, at: *position });
             }
+        }
+        for station in &mut self.attributes.stations.places {
+            station.place = station.place.map(|c| c * unit);
         }
         Ok(self)
     }

@@ -1,4 +1,4 @@
-//! The unit of a file's coordinates, which neither OBJ, PLY nor STL says.
+//! The unit of a file's coordinates, which most formats do not say.
 
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -50,6 +50,12 @@ impl Unit {
             Self::Ft => ("ft", 304.8),
         }
     }
+}
+
+/// The name of the unit of a length in millimetres, or the length.
+pub(super) fn text(millimetres: f64) -> String {
+    let known = Unit::ALL.into_iter().find(|unit| unit.millimetres() == millimetres);
+    known.map_or_else(|| format!("{millimetres} mm"), |unit| unit.to_string())
 }
 
 impl fmt::Display for Unit {

@@ -335,7 +335,7 @@ fn cup_scan() -> Option<TriangleMesh> {
         return None;
     };
     let path = std::path::Path::new(&folder).join("cup/cup_scan.ply");
-    Some(crate::scan::read(&path, crate::scan::Unit::Mm).unwrap().mesh)
+    Some(crate::scan::read(&path, &crate::scan::Unit::Mm.into(), &crate::progress::Silent).unwrap().mesh)
 }
 
 #[test]

@@ -32,6 +32,7 @@ pub(crate) fn load(path: &str) -> Scan {
     let normals = normals.iter().map(|n| n.normalize_or_zero().to_array()).collect();
     Scan {
         mesh: TriangleMesh { positions, normals, texcoords: Vec::new(), triangles, groups: Vec::new() },
+        attributes: Default::default(),
         oriented: true,
         source: ScanSource::default(),
         noise: 0.3,
@@ -98,7 +99,14 @@ pub(crate) fn scan_of(model: &dyn Model, x: &[f64], noise: f64, count: usize, se
             mesh.normals.push(n.to_array());
         }
     }
-    Scan { mesh, oriented: true, source: ScanSource::default(), noise, warnings: Vec::new() }
+    Scan {
+        mesh,
+        attributes: Default::default(),
+        oriented: true,
+        source: ScanSource::default(),
+        noise,
+        warnings: Vec::new(),
+    }
 }
 
 #[test]

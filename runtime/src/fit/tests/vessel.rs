@@ -75,5 +75,12 @@ pub(super) fn meshed(model: &dyn Model, lines: &[Lines], noise: f64, seed: u64) 
             }
         }
     }
-    Scan { mesh, oriented: true, source: ScanSource::default(), noise, warnings: Vec::new() }
+    Scan {
+        mesh,
+        attributes: Default::default(),
+        oriented: true,
+        source: ScanSource::default(),
+        noise,
+        warnings: Vec::new(),
+    }
 }

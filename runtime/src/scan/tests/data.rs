@@ -1,5 +1,6 @@
 //! Real scans and other projects' awkward files, where the test data is at hand.
 
+use crate::progress::Silent;
 use crate::scan::{Unit, read};
 use std::path::PathBuf;
 
@@ -76,7 +77,7 @@ const AWKWARD: [(&str, Outcome); 53] = [
 fn awkward_files_of_other_projects() {
     let Some(data) = data() else { return };
     for (name, expected) in AWKWARD {
-        let found = read(&data.join("nasty").join(name), Unit::Mm);
+        let found = read(&data.join("nasty").join(name), &Unit::Mm.into(), &Silent);
         match (found, expected) {
             (Ok(scan), Ok(expected)) => assert_eq!((scan.source.points, scan.source.triangles), expected, "{name}"),
             (Err(error), Err(expected)) => assert!(error.to_string().contains(expected), "{error}, not: {expected}"),
@@ -99,7 +100,7 @@ fn real_scans() {
     let Some(data) = data() else { return };
     let mut wrong = Vec::new();
     for (name, unit, points, triangles, noise, extent) in SCANS {
-        let scan = read(&data.join(name), unit).unwrap();
+        let scan = read(&data.join(name), &unit.into(), &Silent).unwrap();
         assert_eq!((scan.source.points, scan.source.triangles), (points, triangles), "{name}");
         // The cup's is known (0.3); the others' guard against changes.
         if (scan.noise / noise - 1.0).abs() > 0.05 {

@@ -3,10 +3,16 @@
 mod data;
 mod lost;
 
+use super::file::Opened;
+use super::prepare::finish;
+use super::read::Contents;
 use super::*;
 use crate::export::mesh::{MeshFormat, write, write_to};
 use crate::mesh::Group;
-use std::path::PathBuf;
+use crate::progress::Silent;
+use crate::record::hexadecimal;
+use sha2::{Digest, Sha256};
+use std::path::{Path, PathBuf};
 
 /// Writes `bytes` to a file of that name in a folder of its own.
 fn file(name: &str, bytes: impl AsRef<[u8]>) -> (tempfile::TempDir, PathBuf) {
@@ -18,12 +24,17 @@ fn file(name: &str, bytes: impl AsRef<[u8]>) -> (tempfile::TempDir, PathBuf) {
 
 fn scan_of(name: &str, bytes: impl AsRef<[u8]>) -> Result<Scan, String> {
     let (_folder, path) = file(name, bytes);
-    read(&path, Unit::Mm).map_err(|error| error.to_string())
+    read(&path, &Unit::Mm.into(), &Silent).map_err(|error| error.to_string())
+}
+
+/// What is read of bytes in memory.
+fn parse(name: &str, bytes: Vec<u8>) -> Result<Contents, ScanFault> {
+    Contents::read(Path::new(name), Opened::in_memory(name, bytes)?, &ReadOptions::default(), &Silent)
 }
 
 fn mesh_of(name: &str, bytes: impl AsRef<[u8]>) -> Result<TriangleMesh, String> {
     let (_folder, path) = file(name, bytes);
-    read_mesh(&path, Unit::Mm).map(|reference| reference.mesh).map_err(|error| error.to_string())
+    read_mesh(&path, Some(Unit::Mm)).map(|reference| reference.mesh).map_err(|error| error.to_string())
 }
 
 /// Points and triangles, or the error.
@@ -49,14 +60,14 @@ fn written_meshes_are_read_back() {
     let mesh = patch();
     let path = folder.path().join("a.obj");
     write(&path, &mesh, MeshFormat::Obj).unwrap();
-    assert_eq!(read_mesh(&path, Unit::Mm).unwrap().mesh, mesh);
+    assert_eq!(read_mesh(&path, Some(Unit::Mm)).unwrap().mesh, mesh);
     let path = folder.path().join("a.ply");
     write(&path, &mesh, MeshFormat::Ply).unwrap();
     let without_groups = TriangleMesh { groups: Vec::new(), ..mesh.clone() };
-    assert_eq!(read_mesh(&path, Unit::Mm).unwrap().mesh, without_groups);
+    assert_eq!(read_mesh(&path, Some(Unit::Mm)).unwrap().mesh, without_groups);
     let path = folder.path().join("a.stl");
     write(&path, &mesh, MeshFormat::Stl).unwrap();
-    let back = read_mesh(&path, Unit::Mm).unwrap().mesh;
+    let back = read_mesh(&path, Some(Unit::Mm)).unwrap().mesh;
     assert_eq!(back.triangles, mesh.triangles);
     // Single precision has steps of 1/16 there.
     assert!((back.positions[2][0] - mesh.positions[2][0]).abs() < 1.0 / 16.0);
@@ -65,7 +76,7 @@ fn written_meshes_are_read_back() {
 #[test]
 fn units_scale() {
     let (_folder, path) = file("a.obj", "v 0 0 0\nv 1 0 0\nv 0 2 0\nf 1 2 3\n");
-    let scan = read(&path, Unit::In).unwrap();
+    let scan = read(&path, &Unit::In.into(), &Silent).unwrap();
     assert_eq!(scan.mesh.positions, [[0.0; 3], [25.4, 0.0, 0.0], [0.0, 50.8, 0.0]]);
     assert_eq!((scan.source.unit.as_str(), scan.source.sha256.len()), ("in", 64));
 }
@@ -129,14 +140,14 @@ fn concave_faces_keep_to_their_outline() {
     outline.iter().chain(&[[-9, -9]]).for_each(|[x, y]| ply += &format!("{x} {y} 0\n"));
     for (name, text) in [("u.obj", &obj), ("u.ply", &ply)] {
         let (_folder, path) = file(name, text);
-        let ReferenceMesh { mesh, warnings } = read_mesh(&path, Unit::Mm).unwrap();
+        let ReferenceMesh { mesh, warnings, .. } = read_mesh(&path, Some(Unit::Mm)).unwrap();
         assert_eq!((mesh.triangles.len(), warnings.len()), (7, 0));
         let area: f64 = mesh.triangles[1..].iter().map(|t| mesh.triangle_area(*t)).sum();
         assert!((area - 250.0).abs() < 1e-9, "{name}: {area}");
         assert!(mesh.triangles[1..].iter().all(|t| mesh.triangle_normal(*t).is_some_and(|n| n.z == 1.0)), "{name}");
         let own = |(p, t): (&[f64; 3], &[f64; 2])| p[..2] == t[..] || name == "u.ply" && p[0] == -9.0;
         assert!(mesh.positions.iter().zip(&mesh.texcoords).all(own), "{name}");
-        let scan = read(&path, Unit::Mm).unwrap();
+        let scan = read(&path, &Unit::Mm.into(), &Silent).unwrap();
         assert_eq!((scan.source.triangles, scan.warnings.len()), (7, 0));
     }
 }
@@ -152,7 +163,8 @@ fn faces_that_cross_themselves_are_named() {
     );
     for (name, text, place) in [("bow.obj", &obj, "line 6: "), ("bow.ply", &ply, "face 2: ")] {
         let (_folder, path) = file(name, text);
-        for warnings in [read(&path, Unit::Mm).unwrap().warnings, read_mesh(&path, Unit::Mm).unwrap().warnings] {
+        let scan = read(&path, &Unit::Mm.into(), &Silent).unwrap();
+        for warnings in [scan.warnings, read_mesh(&path, Some(Unit::Mm)).unwrap().warnings] {
             // A scan of the first file also lacks the triangles that are there twice.
             let [warning, ..] = &warnings[..] else { panic!("{warnings:?}") };
             assert!(warning.contains(place) && warning.contains("crosses itself"), "{warning}");
@@ -333,7 +345,7 @@ fn bad_files_get_a_clear_error() {
         (folder.path().join("absent.ply"), "no such file"),
         (PathBuf::from("/dev/null"), "is a pipe or a device"),
     ] {
-        let error = read(&path, Unit::Mm).unwrap_err().to_string();
+        let error = read(&path, &Unit::Mm.into(), &Silent).unwrap_err().to_string();
         assert!(error.contains(expected), "{error}");
     }
 }
@@ -380,7 +392,8 @@ fn mutated_files_do_no_harm() {
                 bytes.push(b' ');
             }
         }
-        match parse(Path::new(name), bytes).and_then(|(raw, _)| finish(raw, Unit::Mm, ScanSource::default())) {
+        match parse(name, bytes).and_then(|read| finish(read.raw, 1.0, ScanSource::default(), &ReadOptions::default()))
+        {
             Ok(scan) => {
                 good += 1;
                 assert_eq!(scan.mesh.normals.len(), scan.mesh.positions.len());

@@ -211,7 +211,7 @@ fn the_shader_agrees_on_a_real_scan() {
     };
     let Some(gpu) = gpu() else { return };
     let path = std::path::Path::new(&folder).join("cup/cup_scan.ply");
-    let mesh = crate::scan::read(&path, crate::scan::Unit::Mm).unwrap().mesh;
+    let mesh = crate::scan::read(&path, &crate::scan::Unit::Mm.into(), &crate::progress::Silent).unwrap().mesh;
     let mut rng = ChaCha8Rng::seed_from_u64(9);
     let points: Vec<_> = (0..100_000)
         .map(|_| {

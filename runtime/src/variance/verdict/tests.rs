@@ -61,7 +61,14 @@ fn scanned(seed: u64, noise: f64, height: impl Fn(f64, f64) -> f64) -> Scan {
     });
     let mesh =
         TriangleMesh { positions: positions.collect(), triangles: triangles.collect(), ..TriangleMesh::default() };
-    Scan { mesh, source: ScanSource::default(), noise, warnings: Vec::new(), oriented: true }
+    Scan {
+        mesh,
+        attributes: Default::default(),
+        source: ScanSource::default(),
+        noise,
+        warnings: Vec::new(),
+        oriented: true,
+    }
 }
 
 /// The deviations of a scan of the plate from a plane, at four texels for each of its points, with the scan's noise.

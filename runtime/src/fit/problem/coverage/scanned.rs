@@ -132,7 +132,14 @@ mod tests {
                 }
             }
         }
-        Scan { mesh, oriented: true, source: ScanSource::default(), noise: 0.1, warnings: Vec::new() }
+        Scan {
+            mesh,
+            attributes: Default::default(),
+            oriented: true,
+            source: ScanSource::default(),
+            noise: 0.1,
+            warnings: Vec::new(),
+        }
     }
 
     #[test]

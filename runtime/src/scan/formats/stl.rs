@@ -1,17 +1,17 @@
 //! STL, binary and ASCII. Its triangles repeat their vertices' positions; equal ones become one vertex here. Facet
 //! normals are not used: they follow from the vertices, and many files have them wrong.
 
-use super::error::{ScanFault, shown};
-use super::format::{binary_stl_size, is_ascii_stl};
-use super::raw::{RawMesh, is_usable, merge_equal};
 use crate::mesh::Group;
+use crate::scan::error::{ScanFault, shown};
+use crate::scan::format::{binary_stl_size, is_ascii_stl};
+use crate::scan::raw::{RawMesh, is_usable, merge_equal};
 
 const FORMAT: &str = "STL";
 /// Bytes of a triangle in a binary file: a normal, three vertices, and two of attributes.
 const FACET: usize = 50;
 
 /// Reads either kind. ASCII files may hold several solids: they become groups.
-pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ScanFault> {
+pub(in crate::scan) fn read(bytes: &[u8]) -> Result<RawMesh, ScanFault> {
     let size = binary_stl_size(bytes);
     let whole = size == Some(bytes.len() as u64);
     let mut warnings = Vec::new();

@@ -2,16 +2,16 @@
 
 mod header;
 
-use super::error::{ScanFault, shown};
-use super::polygon::fan;
-use super::raw::{Odd, Polygon, RawMesh};
+use crate::scan::error::{ScanFault, shown};
+use crate::scan::polygon::fan;
+use crate::scan::raw::{Odd, Polygon, RawMesh};
 use header::{Element, Encoding, INDICES, Property, Scalar, parse_header, split_header};
 
 const FORMAT: &str = "PLY";
 
 /// Reads a PLY file: elements `vertex` (x y z; nx ny nz; s t), `face` (`vertex_indices` or `vertex_index`; `texcoord`)
 /// and `tristrips`; others are skipped. Polygons are fans so far; without faces it is a cloud of points.
-pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ScanFault> {
+pub(in crate::scan) fn read(bytes: &[u8]) -> Result<RawMesh, ScanFault> {
     let (header, body) = split_header(bytes)?;
     let (encoding, elements) = parse_header(&header)?;
     let vertices = elements.iter().filter(|element| element.name == "vertex").map(|element| element.count).sum();

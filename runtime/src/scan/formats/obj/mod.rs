@@ -6,9 +6,9 @@
 
 mod lost;
 
-use super::error::{ScanFault, shown};
-use super::raw::{Polygon, RawMesh, is_usable};
 use crate::mesh::Group;
+use crate::scan::error::{ScanFault, shown};
+use crate::scan::raw::{Polygon, RawMesh, is_usable};
 use lost::{Signs, require_whole_end};
 use std::borrow::Cow;
 use std::io::{self, BufRead, Read};
@@ -17,7 +17,7 @@ use tobj::{LoadError, LoadOptions};
 const FORMAT: &str = "OBJ";
 
 /// Reads an OBJ file. Polygons are fans so far; without any face it is a cloud of points.
-pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ScanFault> {
+pub(in crate::scan) fn read(bytes: &[u8]) -> Result<RawMesh, ScanFault> {
     let text = String::from_utf8_lossy(bytes);
     let prepared = Prepared::new(&text)?;
     if prepared.vertices == 0 {

@@ -1,0 +1,151 @@
+//! Scans as files: points, triangles, colours, intensities and the places of the scanner, as far as a format has them.
+
+mod e57;
+mod glb;
+mod las;
+mod off;
+mod pcd;
+mod pts;
+mod ptx;
+mod threemf;
+mod xyz;
+
+use super::atomic::{self, WriteError};
+use super::mesh::{self, MeshFormat};
+use crate::mesh::TriangleMesh;
+use crate::scan::{Attributes, Unit};
+use std::io::{self, Seek, Write};
+use std::path::Path;
+
+/// A format of scans.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ScanFormat {
+    /// Wavefront OBJ, PLY or STL.
+    Mesh(MeshFormat),
+    /// Object File Format, text.
+    Off,
+    /// Binary glTF.
+    Glb,
+    /// 3D Manufacturing Format.
+    ThreeMf,
+    /// ASTM E2807: scans with poses.
+    E57,
+    /// ASPRS LAS 1.4.
+    Las,
+    /// The same, compressed.
+    Laz,
+    /// Point Cloud Data, binary.
+    Pcd,
+    /// Points with intensities and colours as text, with their count.
+    Pts,
+    /// Scans with poses as grids of points, as text.
+    Ptx,
+    /// Points as text, with a line of names.
+    Xyz,
+}
+
+/// What is written. Millimetres.
+#[derive(Clone, Copy, Debug)]
+pub struct Recorded<'a> {
+    /// Points, their normals and triangles, where there are any.
+    pub mesh: &'a TriangleMesh,
+    /// What they have besides. Points of one station follow each other.
+    pub attributes: &'a Attributes,
+    /// By station, the points in the order in which it saw them; empty where that is not known.
+    pub grids: &'a [Grid],
+    /// The unit of the file's coordinates, of formats that have no unit of their own (E57, LAS and glTF have metres).
+    pub unit: Unit,
+}
+
+/// The points of a station as the cells of a grid.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Grid {
+    /// Number of columns.
+    pub columns: usize,
+    /// Number of rows.
+    pub rows: usize,
+    /// Column by column, the indices of the points, or [`EMPTY`](Self::EMPTY): as many as cells.
+    pub cells: Vec<u32>,
+}
+
+impl Grid {
+    /// The index in a cell without a point.
+    pub const EMPTY: u32 = u32::MAX;
+}
+
+/// What a writer writes to.
+trait Out: Write + Seek + Send + Sync {}
+
+impl<T: Write + Seek + Send + Sync> Out for T {}
+
+impl ScanFormat {
+    /// All of them, with the endings of the names of their files.
+    pub const ALL: [(&'static str, Self); 13] = [
+        ("obj", Self::Mesh(MeshFormat::Obj)),
+        ("ply", Self::Mesh(MeshFormat::Ply)),
+        ("stl", Self::Mesh(MeshFormat::Stl)),
+        ("off", Self::Off),
+        ("glb", Self::Glb),
+        ("3mf", Self::ThreeMf),
+        ("e57", Self::E57),
+        ("las", Self::Las),
+        ("laz", Self::Laz),
+        ("pcd", Self::Pcd),
+        ("pts", Self::Pts),
+        ("ptx", Self::Ptx),
+        ("xyz", Self::Xyz),
+    ];
+
+    /// The format of a name such as `e57`, in any case of letters.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|(known, _)| known.eq_ignore_ascii_case(name)).map(|(_, format)| format)
+    }
+
+    /// The format that the ending of a file's name says.
+    #[must_use]
+    pub fn of(path: &Path) -> Option<Self> {
+        Self::named(&path.extension()?.to_string_lossy())
+    }
+
+    /// Whether the format has points only: triangles are left out.
+    #[must_use]
+    pub fn is_of_points(self) -> bool {
+        matches!(self, Self::E57 | Self::Las | Self::Laz | Self::Pcd | Self::Pts | Self::Ptx | Self::Xyz)
+    }
+
+    /// Whether the format has triangles only.
+    #[must_use]
+    pub fn is_of_triangles(self) -> bool {
+        matches!(self, Self::Mesh(MeshFormat::Stl) | Self::ThreeMf)
+    }
+}
+
+/// Writes a scan to a file.
+///
+/// # Errors
+/// See [`atomic::write`]; or the format cannot hold it.
+pub fn write(path: &Path, scan: &Recorded<'_>, format: ScanFormat) -> Result<(), WriteError> {
+    atomic::write_with(path, |out| {
+        // Headers of some formats are written last.
+        let mut bytes = io::Cursor::new(Vec::new());
+        write_to(&mut bytes, scan, format)?;
+        out.write_all(bytes.get_ref())
+    })
+}
+
+fn write_to(out: &mut dyn Out, scan: &Recorded<'_>, format: ScanFormat) -> io::Result<()> {
+    match format {
+        ScanFormat::Mesh(format) => mesh::write_to(out, scan.mesh, format),
+        ScanFormat::Off => off::write(out, scan),
+        ScanFormat::Glb => glb::write(out, scan),
+        ScanFormat::ThreeMf => threemf::write(out, scan),
+        ScanFormat::E57 => e57::write(out, scan),
+        ScanFormat::Las => las::write(out, scan, false),
+        ScanFormat::Laz => las::write(out, scan, true),
+        ScanFormat::Pcd => pcd::write(out, scan),
+        ScanFormat::Pts => pts::write(out, scan),
+        ScanFormat::Ptx => ptx::write(out, scan),
+        ScanFormat::Xyz => xyz::write(out, scan),
+    }
+}

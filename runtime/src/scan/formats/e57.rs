@@ -1,0 +1,10 @@
+//! E57.
+
+use crate::scan::cloud::{Input, Points};
+use crate::scan::error::ScanFault;
+
+/// Reads a file of this format.
+pub(in crate::scan) fn read(input: Input, points: &mut dyn Points) -> Result<(), ScanFault> {
+    let (_, _) = (input, points);
+    Err(ScanFault::malformed("E57", "header", "not read yet"))
+}

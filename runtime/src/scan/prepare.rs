@@ -1,0 +1,98 @@
+//! From the geometry of a file to a scan: cleaned, with normals and a noise.
+
+use super::clean::{self, Cleaned};
+use super::error::ScanFault;
+use super::normals::OverNeighbourhoods;
+use super::options::ReadOptions;
+use super::pieces;
+use super::raw::RawMesh;
+use super::source::ScanSource;
+use super::unit::Unit;
+use super::{Scan, noise, normals};
+use crate::mesh::TriangleMesh;
+
+/// Cleans a mesh (or a cloud) in memory as if it had been read from a file in millimetres; `name` stands for the path.
+///
+/// # Errors
+/// No vertices, no triangle with an area, a coordinate that is not finite, an index out of range.
+pub fn from_mesh(mesh: TriangleMesh, name: &str) -> Result<Scan, ScanFault> {
+    let count = mesh.positions.len();
+    for (i, triangle) in mesh.triangles.iter().enumerate() {
+        if let Some(&index) = triangle.iter().find(|&&index| index as usize >= count) {
+            let place = format!("triangle {} (counted from 1)", i + 1);
+            return Err(ScanFault::IndexOutOfRange { place, what: "vertex", index: index.into(), count });
+        }
+    }
+    if count == 0 {
+        return Err(ScanFault::NoVertices);
+    }
+    let normals = if mesh.normals.len() == count { mesh.normals } else { Vec::new() };
+    let (positions, triangles) = (mesh.positions, mesh.triangles);
+    let raw = RawMesh { positions, normals, triangles, ..RawMesh::default() };
+    let source = ScanSource { path: name.to_owned(), unit: Unit::Mm.to_string(), ..ScanSource::default() };
+    finish(raw, Unit::Mm.millimetres(), source, &ReadOptions::default())
+}
+
+/// Cleans what a file has; `unit` is that of its coordinates, in millimetres.
+pub(super) fn finish(
+    raw: RawMesh,
+    unit: f64,
+    mut source: ScanSource,
+    options: &ReadOptions,
+) -> Result<Scan, ScanFault> {
+    let given = !raw.normals.is_empty() || !raw.corner_normals.is_empty();
+    let Cleaned { mut mesh, mut attributes, mut oriented, turned, dropped } =
+        clean::clean(&raw.into_millimetres(unit)?)?;
+    let cleaning = &mut source.cleaning;
+    (cleaning.without_area, cleaning.repeated) = (dropped.without_area as u64, dropped.repeated as u64);
+    (cleaning.equal_points, cleaning.unused) = (dropped.equal_points as u64, dropped.unused as u64);
+    let mut warnings: Vec<String> =
+        dropped.warning().map(|dropped| format!("`{}`: {dropped}", source.path)).into_iter().collect();
+    if options.drop_outliers {
+        cleaning.outliers = pieces::drop_outliers(&mut mesh, &mut attributes) as u64;
+    }
+    if options.keep_largest {
+        cleaning.pieces = pieces::keep_largest(&mut mesh, &mut attributes) as u64;
+    }
+    if !oriented && normals::turn_to_stations(&mut mesh, &attributes.stations) {
+        oriented = true;
+    }
+    source.points = mesh.positions.len();
+    source.triangles = mesh.triangles.len();
+    if turned {
+        warnings.push(
+            "the triangles face away from the vertex normals of the same file: they were turned to agree with these"
+                .to_owned(),
+        );
+    }
+    let noise = settle_normals(&mut mesh, &mut oriented, given, &mut warnings);
+    Ok(Scan { mesh, attributes, oriented, source, noise, warnings })
+}
+
+/// Replaces normals that agree with nothing; returns the noise.
+fn settle_normals(mesh: &mut TriangleMesh, oriented: &mut bool, given: bool, warnings: &mut Vec<String>) -> f64 {
+    let mut agree = normals::agree(mesh);
+    if given && !agree && !mesh.triangles.is_empty() {
+        let of_triangles = mesh.vertex_normals();
+        let from_file = std::mem::replace(&mut mesh.normals, of_triangles);
+        agree = normals::agree(mesh);
+        if agree {
+            warnings.push("the file's normals point anywhere: those of its triangles count instead".to_owned());
+        } else {
+            mesh.normals = from_file;
+        }
+    }
+    let noise = noise::estimate(mesh, *oriented && agree);
+    if noise.is_thick || *oriented && !agree {
+        let OverNeighbourhoods { normals, sided } = normals::over_neighbourhoods(mesh, noise.one_in);
+        mesh.normals = normals;
+        if *oriented && !sided {
+            *oriented = false;
+            let what = if given { "normals of the file" } else { "triangles" };
+            warnings.push(format!(
+                "the {what} face any way: they are ignored, and a point belongs to the nearest surface, whichever way it faces"
+            ));
+        }
+    }
+    noise.deviation
+}
