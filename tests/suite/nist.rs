@@ -71,7 +71,14 @@ fn surface(name: &str, points: &Path) -> (FitResult, Motion) {
     let centre = [0, 1, 2].map(|k| positions.iter().map(|p| p[k]).sum::<f64>() / n);
     let spread = positions.iter().map(|p| dot(from(centre, *p), from(centre, *p))).sum::<f64>() / n;
     let mesh = TriangleMesh { positions, ..TriangleMesh::default() };
-    let scan = Scan { mesh, oriented: false, source: ScanSource::default(), noise: 0.0, warnings: Vec::new() };
+    let scan = Scan {
+        mesh,
+        attributes: Default::default(),
+        oriented: false,
+        source: ScanSource::default(),
+        noise: 0.0,
+        warnings: Vec::new(),
+    };
     let mut options = FitOptions::default();
     options.loss = LossKind::Squared;
     let result = fit(&program(name, spread.sqrt()), &scan, &options, &Silent).unwrap_or_else(|e| panic!("{e}"));
