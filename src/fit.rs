@@ -6,13 +6,13 @@ use crate::progress::TerminalProgress;
 use crate::provenance::Provenance;
 use crate::subject::Subject;
 use crate::values::{self, Range};
-use crate::{dimensions, interrupt, outputs, record, script, search, table};
+use crate::{dimensions, info, interrupt, outputs, record, script, search, table};
 use gml_compiler::program::{Program, Quantity};
 use gml_runtime::fit::{
     self, Bootstrap, FitError, FitOptions, FitResult, HypothesisTest, InputValues, PoseCovariance, SearchError,
     WithoutSd,
 };
-use gml_runtime::scan::{self, Cleaning, Scan, ScanFault, ScanSource};
+use gml_runtime::scan::{self, Scan, ScanError, ScanFault};
 use std::path::Path;
 
 pub(crate) fn run(args: &FitArgs) -> Result<(), CommandError> {
@@ -120,39 +120,25 @@ pub(crate) fn write_trace(path: Option<&Path>, result: &FitResult) -> Result<(),
     outputs::write(path, text.as_bytes())
 }
 
-/// Reads and cleans a scan.
+/// Reads and cleans a scan, and says what of its file is not in it.
 pub(crate) fn read_scan(args: &ScanArgs) -> Result<Scan, CommandError> {
     let progress = TerminalProgress::new();
     let scan = scan::read(&args.scan, &args.reading.options(), &progress);
     progress.finish();
-    let scan = scan.map_err(|error| match error.fault {
-        ScanFault::Cancelled => CommandError::interrupted(),
-        _ => CommandError::failed(error),
-    })?;
-    if let Some(sentence) = cleaned(&scan.source) {
-        note!("{sentence}");
+    let scan = scan.map_err(unreadable)?;
+    let left_out = info::left_out(&scan.source.cleaning);
+    if !left_out.is_empty() {
+        note!("{}: {} points are read; left out are {left_out}", scan.source.path, scan.source.points);
     }
     Ok(scan)
 }
 
-/// A sentence on the points of a file that are not in the scan.
-fn cleaned(source: &ScanSource) -> Option<String> {
-    let Cleaning { marked, empty, cropped, thinned, outliers, pieces, voxel, .. } = source.cleaning;
-    let cubes = voxel.map_or_else(String::new, |edge| {
-        format!("of which another one in the same cube of {} mm is kept", table::number(edge))
-    });
-    let counts = [
-        (marked, "that the file marks as invalid"),
-        (empty, "without coordinates"),
-        (cropped, "outside of the box of --crop"),
-        (thinned, cubes.as_str()),
-        (outliers, "on no surface"),
-        (pieces, "of smaller pieces"),
-    ];
-    let counts: Vec<String> =
-        counts.iter().filter(|(count, _)| *count > 0).map(|(count, why)| format!("{count} {why}")).collect();
-    let list = counts.join(", ");
-    (!counts.is_empty()).then(|| format!("{}: {} points are read; left out are {list}", source.path, source.points))
+/// Why a scan was not read.
+pub(crate) fn unreadable(error: ScanError) -> CommandError {
+    match error.fault {
+        ScanFault::Cancelled => CommandError::interrupted(),
+        _ => CommandError::failed(error),
+    }
 }
 
 /// Options from the command line.

@@ -6,6 +6,7 @@ mod print;
 mod check;
 mod cli;
 mod compare;
+mod convert;
 mod defaults;
 mod deviations;
 mod diagnostics;
@@ -19,6 +20,7 @@ mod files;
 mod findings;
 mod fit;
 mod fmt;
+mod info;
 mod inspect;
 mod interrupt;
 mod manual;
@@ -91,6 +93,8 @@ fn run(command: &Command) -> Result<(), CommandError> {
         Command::Emit(args) => emit::run(args),
         Command::Fmt(args) => fmt::run(args),
         Command::Scan(args) => scan::run(args),
+        Command::Info(args) => info::run(args),
+        Command::Convert(args) => convert::run(args),
         Command::Fit(args) => fit::run(args),
         Command::Variance(args) => variance::run(args),
         Command::Inspect(args) => inspect::run(args),

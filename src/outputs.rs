@@ -8,6 +8,7 @@ use gml_runtime::export::atomic::{self, WriteError};
 use gml_runtime::export::folder::{self, ResultFolder};
 use gml_runtime::export::json;
 use gml_runtime::export::measurement::DocumentError;
+use gml_runtime::export::scan::{self as export, Recorded, ScanFormat};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -182,6 +183,17 @@ pub(crate) fn finish(folder: ResultFolder, output: &Path, kept: Option<&str>, fi
     let count = std::fs::read_dir(folder.path()).map_or(0, Iterator::count);
     folder.finish(kept).map_err(CommandError::failed)?;
     wrote_files(output, first, count);
+    Ok(())
+}
+
+/// Writes a scan or a mesh, creating the folder that it is in.
+pub(crate) fn write_scan(path: &Path, scan: &Recorded<'_>, format: ScanFormat) -> Result<(), CommandError> {
+    if is_stream(path) {
+        return write(path, &export::to_bytes(scan, format).map_err(CommandError::failed)?);
+    }
+    make_parent(path)?;
+    export::write(path, scan, format).map_err(CommandError::failed)?;
+    wrote(path);
     Ok(())
 }
 

@@ -7,6 +7,7 @@ use gml_compiler::number;
 use gml_compiler::program::{Input, Program, Quantity};
 use gml_compiler::suggest::nearest;
 use gml_compiler::syntax;
+use gml_runtime::export::scan::ScanFormat;
 use gml_runtime::mesh::Bounds;
 use gml_runtime::model::{LARGEST, SMALLEST};
 use gml_runtime::variance::{DecisionRule, Resolution, Tolerance};
@@ -145,6 +146,14 @@ pub(crate) fn crop(text: &str) -> Result<Bounds, String> {
         }
     }
     Ok(bounds)
+}
+
+/// Parses the name of a format of scans.
+pub(crate) fn scan_format(text: &str) -> Result<ScanFormat, String> {
+    ScanFormat::named(text.trim_start_matches('.')).ok_or_else(|| {
+        let known: Vec<&str> = ScanFormat::ALL.iter().map(|(name, _)| *name).collect();
+        format!("is not one of {}", known.join(", "))
+    })
 }
 
 /// Parses a tolerance: `0.5mm` is from -0.5 to 0.5, `+0.3/-0.1mm` from -0.1 to 0.3 in either order; the last unit holds

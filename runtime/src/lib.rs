@@ -74,6 +74,7 @@ mod morton;
 pub mod progress;
 pub mod reason;
 pub mod record;
+mod rims;
 mod robust;
 mod sampling;
 pub mod scan;

@@ -1,13 +1,12 @@
 //! Arguments of the commands that compare a model with a scan.
 
-use super::{CompileArgs, ResultArgs, ScriptArgs, ValueArgs};
+use super::{CompileArgs, ReadingArgs, ResultArgs, ScriptArgs, ValueArgs};
 use crate::values::{self, Choice, Range};
 use clap::{Args, ValueEnum};
 use gml_runtime::export::exchange;
 use gml_runtime::export::x3d::SceneFormat;
 use gml_runtime::fit::{LossKind, Weights};
-use gml_runtime::mesh::Bounds;
-use gml_runtime::scan::{ReadOptions, Unit};
+use gml_runtime::scan::Unit;
 use gml_runtime::variance::{DecisionRule, Device, DistanceKind, Matching, Resolution, Tolerance};
 use std::path::PathBuf;
 
@@ -20,45 +19,6 @@ pub(crate) struct ScanArgs {
     pub(crate) scan: PathBuf,
     #[command(flatten)]
     pub(crate) reading: ReadingArgs,
-}
-
-/// What of a scan is read.
-#[derive(Clone, Debug, Default, Args)]
-pub(crate) struct ReadingArgs {
-    /// Unit of the scan's coordinates: um, mm, cm, m, in or ft [default: what the file states, otherwise mm]
-    #[arg(long, value_name = "UNIT")]
-    pub(crate) unit: Option<Unit>,
-    /// Of the scans in a file (E57, PTX) read only this one, counted from 0
-    #[arg(long, value_name = "N")]
-    pub(crate) scan_index: Option<usize>,
-    /// Read only what lies in a box in the file's frame: three ranges of x, y and z, such as 1.2m..1.8m,..,0mm..2m,
-    /// whose ends may be left out
-    #[arg(long, value_name = "BOX", allow_hyphen_values = true, value_parser = values::crop)]
-    pub(crate) crop: Option<Bounds>,
-    /// Of the points of a cloud in a cube of this edge keep one, chosen by lot [default: all points, or of more than
-    /// 16.8 millions as many as that allows]
-    #[arg(long, value_name = "LENGTH", value_parser = values::positive_length)]
-    pub(crate) voxel: Option<f64>,
-    /// Keep only the largest of the pieces that do not hang together
-    #[arg(long)]
-    pub(crate) keep_largest: bool,
-    /// Leave out the points of a cloud that lie on no surface, such as dust and spray
-    #[arg(long)]
-    pub(crate) drop_outliers: bool,
-}
-
-impl ReadingArgs {
-    /// The same for the reader.
-    pub(crate) fn options(&self) -> ReadOptions {
-        let mut options = ReadOptions::default();
-        options.unit = self.unit;
-        options.only = self.scan_index;
-        options.crop = self.crop;
-        options.voxel = self.voxel;
-        options.keep_largest = self.keep_largest;
-        options.drop_outliers = self.drop_outliers;
-        options
-    }
 }
 
 /// What the user states of the work.

@@ -3,6 +3,7 @@
 mod compare;
 mod comparison;
 mod language;
+mod scans;
 
 pub(crate) use compare::CompareArgs;
 pub(crate) use comparison::{
@@ -12,6 +13,7 @@ pub(crate) use language::{
     CheckArgs, CompletionsArgs, DiffArgs, DocArgs, EmitArgs, FmtArgs, ManArgs, MeshArgs, ReplArgs, Stage,
     VirtualScanArgs,
 };
+pub(crate) use scans::{ConvertArgs, InfoArgs, ReadingArgs};
 
 use crate::error::CommandError;
 use crate::outputs;
@@ -39,6 +41,7 @@ const AFTER_HELP: &str = "\
 Examples:
   gmlc check cup.gml                             list the contents of a script, or its errors
   gmlc scan octagonal_cup.gml -o scan.ply        make a virtual scan of a model
+  gmlc info scan.e57                             what is in a scan, and what looks wrong with it
   gmlc inspect cup.gml scan.ply -o out/cup       fit, measure and document, all in one
   gmlc inspect mug.gml mug.ply --unit m -o out   a scan whose file is in metres
   gmlc compare monday.json friday.json           where two fits differ, and by which parameters
@@ -88,6 +91,10 @@ pub(crate) enum Command {
     Fmt(FmtArgs),
     /// Scan a model with the virtual laser scanner
     Scan(VirtualScanArgs),
+    /// Say what is in a scan, and what looks wrong with it
+    Info(InfoArgs),
+    /// Convert a scan or a mesh to another format, and cut, thin or clean it
+    Convert(ConvertArgs),
     /// Fit a model's parameters and pose to a scan
     Fit(FitArgs),
     /// Measure the deviations of a scan from a model or a reference mesh
@@ -118,7 +125,9 @@ impl Command {
             Self::Diff(args) => (&[], &args.script.compile),
             Self::Emit(args) => (&[], &args.script.compile),
             Self::Compare(args) => return twice("--limit", &args.limits),
-            Self::Doc(_) | Self::Fmt(_) | Self::Completions(_) | Self::Man(_) => return None,
+            Self::Doc(_) | Self::Fmt(_) | Self::Info(_) | Self::Convert(_) | Self::Completions(_) | Self::Man(_) => {
+                return None;
+            }
         };
         let CompileArgs { inputs, limits, .. } = compile;
         twice("-p", values).or_else(|| twice("--input", inputs)).or_else(|| twice("--limit", limits))

@@ -25,6 +25,7 @@ mod raw;
 mod read;
 mod reservoir;
 mod source;
+mod survey;
 #[cfg(test)]
 mod tests;
 mod thinned;
@@ -38,8 +39,9 @@ pub(crate) use neighbours::Neighbours;
 pub use options::ReadOptions;
 pub(crate) use outliers::outliers;
 pub use prepare::from_mesh;
-pub use read::{ReferenceMesh, read, read_mesh};
+pub use read::{Loaded, ReferenceMesh, load, read, read_mesh};
 pub use source::{Cleaning, ScanSource};
+pub use survey::{ScanEntry, SurfaceFigures, Survey, survey};
 pub use unit::{Unit, UnknownUnit};
 
 use crate::mesh::{TriangleMesh, retain_marked};

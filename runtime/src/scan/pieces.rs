@@ -28,21 +28,27 @@ pub(super) fn drop_outliers(mesh: &mut TriangleMesh, attributes: &mut Attributes
 /// Leaves out all but the largest piece: of a mesh that with the largest area, of a cloud that with the most points.
 /// Returns the number of points that are gone.
 pub(super) fn keep_largest(mesh: &mut TriangleMesh, attributes: &mut Attributes) -> usize {
-    let pieces = pieces(mesh);
-    let mut sizes = vec![0.0; mesh.positions.len()];
-    for piece in &pieces {
-        sizes[*piece as usize] += if mesh.triangles.is_empty() { 1.0 } else { 0.0 };
-    }
-    for triangle in &mesh.triangles {
-        sizes[pieces[triangle[0] as usize] as usize] += mesh.triangle_area(*triangle);
-    }
+    let (pieces, sizes) = (pieces(mesh), sizes(mesh));
     let largest = (0..sizes.len()).max_by(|a, b| sizes[*a].total_cmp(&sizes[*b]).then(b.cmp(a))).unwrap_or(0);
     let kept: Vec<bool> = pieces.iter().map(|piece| *piece as usize == largest).collect();
     retain(mesh, attributes, &kept)
 }
 
+/// By vertex, the size of the piece whose least vertex it is, or 0: the area, of a cloud the number of points.
+pub(super) fn sizes(mesh: &TriangleMesh) -> Vec<f64> {
+    let pieces = pieces(mesh);
+    let mut sizes = vec![0.0; mesh.positions.len()];
+    if mesh.triangles.is_empty() {
+        pieces.iter().for_each(|piece| sizes[*piece as usize] += 1.0);
+    }
+    for triangle in &mesh.triangles {
+        sizes[pieces[triangle[0] as usize] as usize] += mesh.triangle_area(*triangle);
+    }
+    sizes
+}
+
 /// By vertex, the least vertex of its piece.
-pub(super) fn pieces(mesh: &TriangleMesh) -> Vec<u32> {
+fn pieces(mesh: &TriangleMesh) -> Vec<u32> {
     let mut sets = DisjointSets::new(mesh.positions.len());
     if mesh.triangles.is_empty() {
         for [a, b] in links(&mesh.positions) {

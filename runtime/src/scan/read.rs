@@ -11,7 +11,7 @@ use super::raw::{Odd, RawMesh};
 use super::reservoir::{Counted, MOST_POINTS, Reservoir};
 use super::source::{Cleaning, ScanSource};
 use super::unit::{self, Unit};
-use super::{Scan, crop, normals, prepare};
+use super::{Attributes, Scan, crop, normals, pieces, prepare};
 use crate::mesh::TriangleMesh;
 use crate::progress::{Progress, Silent};
 use std::path::Path;
@@ -42,19 +42,74 @@ pub fn read(path: &Path, options: &ReadOptions, progress: &dyn Progress) -> Resu
             let sum = scope.spawn(|| digest(path));
             (Contents::read(path, opened, options, progress), sum.join())
         });
-        let contents = contents?;
-        let source = ScanSource {
-            path: path.display().to_string(),
-            sha256: sum.map_err(|_| ScanFault::Cancelled)??,
-            unit: unit::text(contents.unit),
-            format: contents.format.name().to_owned(),
-            cleaning: contents.cleaning,
-            ..ScanSource::default()
-        };
-        let scan = prepare::finish(contents.raw, contents.unit, source, options)?;
-        Ok(Scan { warnings: [contents.warnings, scan.warnings].concat(), ..scan })
+        prepared(contents?, path, sum.map_err(|_| ScanFault::Cancelled)??, options)
     };
     scan().map_err(|fault: ScanFault| fault.at(path))
+}
+
+/// A file's points and triangles with everything that belongs to them, as they stand there.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Loaded {
+    /// The geometry in millimetres; normals only if the file has them, of its own lengths.
+    pub mesh: TriangleMesh,
+    /// Colours, intensities and stations.
+    pub attributes: Attributes,
+    /// The unit of the file; the millimetre where its length has no name.
+    pub unit: Unit,
+    /// The file's format: `PLY`, `E57`, ...
+    pub format: String,
+    /// What is left out.
+    pub cleaning: Cleaning,
+    /// Sentences for the user about faults of the file that were put up with.
+    pub warnings: Vec<String>,
+}
+
+/// Reads a file without mending anything: nothing is merged, computed or turned.
+///
+/// # Errors
+/// As [`read`].
+pub fn load(path: &Path, options: &ReadOptions, progress: &dyn Progress) -> Result<Loaded, ScanError> {
+    let loaded = || {
+        let contents = Contents::read(path, Opened::new(path)?, options, progress)?;
+        let Contents { format, raw, unit, mut cleaning, warnings, .. } = contents;
+        let raw = raw.into_millimetres(unit)?;
+        let mut attributes = raw.attributes.clone();
+        let corners = !raw.corner_normals.is_empty() || !raw.corner_texcoords.is_empty();
+        if corners {
+            // Vertices are split where corners differ.
+            attributes = Attributes::default();
+        }
+        let mut mesh = raw.split_corners();
+        if options.drop_outliers {
+            cleaning.outliers = pieces::drop_outliers(&mut mesh, &mut attributes) as u64;
+        }
+        if options.keep_largest {
+            cleaning.pieces = pieces::keep_largest(&mut mesh, &mut attributes) as u64;
+        }
+        let unit = Unit::ALL.into_iter().find(|known| known.millimetres() == unit).unwrap_or_default();
+        Ok(Loaded { mesh, attributes, unit, format: format.name().to_owned(), cleaning, warnings })
+    };
+    loaded().map_err(|fault: ScanFault| fault.at(path))
+}
+
+/// A scan of what was read of a file.
+pub(super) fn prepared(
+    contents: Contents,
+    path: &Path,
+    sha256: String,
+    options: &ReadOptions,
+) -> Result<Scan, ScanFault> {
+    let source = ScanSource {
+        path: path.display().to_string(),
+        sha256,
+        unit: unit::text(contents.unit),
+        format: contents.format.name().to_owned(),
+        cleaning: contents.cleaning,
+        ..ScanSource::default()
+    };
+    let scan = prepare::finish(contents.raw, contents.unit, source, options)?;
+    Ok(Scan { warnings: [contents.warnings, scan.warnings].concat(), ..scan })
 }
 
 /// What a file has, as it stands there but for the points and triangles that are not wanted.
@@ -118,6 +173,18 @@ impl Contents {
         }
         let warnings = warnings.into_iter().map(|w| format!("`{}`{w}", path.display())).collect();
         Ok(Self { format, raw, unit, cleaning, scans, warnings })
+    }
+}
+
+impl Contents {
+    /// The step of the coordinates in millimetres, if all of them have single precision.
+    pub(super) fn precision(&self) -> Option<f64> {
+        let coordinates = || self.raw.positions.iter().flatten();
+        let is_single = coordinates().all(|c| f64::from(*c as f32) == *c);
+        let largest = coordinates().fold(0.0_f64, |most, c| most.max(c.abs()));
+        // Whole numbers, and other short ones, say nothing.
+        let is_rounded = coordinates().any(|c| (c * 1e6).round() / 1e6 != *c);
+        (is_single && is_rounded).then(|| largest * f64::from(f32::EPSILON) * self.unit)
     }
 }
 

@@ -44,6 +44,19 @@ pub enum ScanFormat {
     Xyz,
 }
 
+/// What a format has room for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Holds {
+    /// Normals.
+    pub normals: bool,
+    /// Colours.
+    pub colours: bool,
+    /// Intensities.
+    pub intensities: bool,
+    /// Places of the scanner.
+    pub stations: bool,
+}
+
 /// What is written. Millimetres.
 #[derive(Clone, Copy, Debug)]
 pub struct Recorded<'a> {
@@ -114,6 +127,23 @@ impl ScanFormat {
         matches!(self, Self::E57 | Self::Las | Self::Laz | Self::Pcd | Self::Pts | Self::Ptx | Self::Xyz)
     }
 
+    /// What a file of the format has room for, beside positions and triangles.
+    #[must_use]
+    pub fn holds(self) -> Holds {
+        let all = Holds { normals: true, colours: true, intensities: true, stations: true };
+        match self {
+            Self::Mesh(MeshFormat::Ply) => Holds { stations: false, ..all },
+            Self::Mesh(MeshFormat::Obj) => Holds { normals: true, ..Holds::default() },
+            Self::Mesh(MeshFormat::Stl) | Self::ThreeMf => Holds::default(),
+            Self::Off => Holds { colours: true, ..Holds::default() },
+            Self::Glb => Holds { normals: true, colours: true, ..Holds::default() },
+            Self::E57 | Self::Ptx => Holds { normals: false, ..all },
+            Self::Las | Self::Laz | Self::Pts => Holds { normals: false, stations: false, ..all },
+            Self::Pcd => all,
+            Self::Xyz => Holds { stations: false, ..all },
+        }
+    }
+
     /// Whether the format has triangles only.
     #[must_use]
     pub fn is_of_triangles(self) -> bool {
@@ -128,10 +158,18 @@ impl ScanFormat {
 pub fn write(path: &Path, scan: &Recorded<'_>, format: ScanFormat) -> Result<(), WriteError> {
     atomic::write_with(path, |out| {
         // Headers of some formats are written last.
-        let mut bytes = io::Cursor::new(Vec::new());
-        write_to(&mut bytes, scan, format)?;
-        out.write_all(bytes.get_ref())
+        out.write_all(&to_bytes(scan, format)?)
     })
+}
+
+/// The bytes of a file.
+///
+/// # Errors
+/// The format cannot hold the scan.
+pub fn to_bytes(scan: &Recorded<'_>, format: ScanFormat) -> io::Result<Vec<u8>> {
+    let mut bytes = io::Cursor::new(Vec::new());
+    write_to(&mut bytes, scan, format)?;
+    Ok(bytes.into_inner())
 }
 
 fn write_to(out: &mut dyn Out, scan: &Recorded<'_>, format: ScanFormat) -> io::Result<()> {

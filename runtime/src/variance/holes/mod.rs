@@ -1,11 +1,10 @@
 //! Closes small holes of a scan, so that no ray passes through them.
 
-mod loops;
 mod triangulate;
 
 use crate::mesh::{Bounds, TriangleMesh};
+use crate::rims::{self, Rim};
 use glam::DVec3;
-use loops::Loop;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -41,7 +40,7 @@ impl FilledHoles {
     /// scan around it.
     #[must_use]
     pub(in crate::variance) fn new(scan: &TriangleMesh, size: f64) -> FilledHoles {
-        let rims = loops::find(scan);
+        let rims = rims::find(scan);
         let closed: Vec<Option<Vec<[u32; 3]>>> = rims.par_iter().map(|rim| close(scan, rim, size)).collect();
         let mut mesh = scan.submesh(closed.iter().flatten().flatten().copied());
         mesh.normals.clear();
@@ -52,7 +51,7 @@ impl FilledHoles {
 }
 
 /// Triangles that close a rim; none if it is too large or not a hole.
-fn close(scan: &TriangleMesh, rim: &Loop, size: f64) -> Option<Vec<[u32; 3]>> {
+fn close(scan: &TriangleMesh, rim: &Rim, size: f64) -> Option<Vec<[u32; 3]>> {
     let points: Vec<DVec3> = rim.vertices.iter().map(|v| DVec3::from(scan.positions[*v as usize])).collect();
     if !is_within(&points, size) {
         return None;

@@ -82,7 +82,7 @@ fn small_holes_of_a_sphere_are_closed_and_large_ones_are_not() {
         triangles: scan.triangles.iter().copied().chain(filled).collect(),
         ..TriangleMesh::default()
     };
-    assert_eq!(super::loops::find(&closed).len(), 1);
+    assert_eq!(crate::rims::find(&closed).len(), 1);
     assert_eq!(FilledHoles::new(&closed, 8.0).summary.filled, 0);
 }
 

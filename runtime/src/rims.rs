@@ -6,16 +6,16 @@ use std::collections::HashMap;
 /// A closed chain of boundary edges that meets no vertex twice. It runs against the triangles' edges, so that a
 /// counter-clockwise filling is oriented as they are.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub(super) struct Loop {
+pub(crate) struct Rim {
     /// Its vertices.
-    pub(super) vertices: Vec<u32>,
+    pub(crate) vertices: Vec<u32>,
     /// The triangle with the edge from each vertex to the next.
-    pub(super) triangles: Vec<u32>,
+    pub(crate) triangles: Vec<u32>,
 }
 
 /// All rims of a mesh, in an order that depends on the mesh only. Rims that touch in a vertex are separated; edges of
 /// more than two triangles, or of two triangles with opposite orientations, do not belong to a rim.
-pub(super) fn find(mesh: &TriangleMesh) -> Vec<Loop> {
+pub(crate) fn find(mesh: &TriangleMesh) -> Vec<Rim> {
     // From the end of each boundary edge back to its start.
     let mut back: HashMap<u32, Vec<(u32, u32)>> = HashMap::new();
     let mut starts = Vec::new();
@@ -31,7 +31,7 @@ pub(super) fn find(mesh: &TriangleMesh) -> Vec<Loop> {
 }
 
 /// Follows boundary edges from a vertex until none are left; whenever the path meets itself, a loop is removed from it.
-fn walk(start: u32, back: &mut HashMap<u32, Vec<(u32, u32)>>, rims: &mut Vec<Loop>) {
+fn walk(start: u32, back: &mut HashMap<u32, Vec<(u32, u32)>>, rims: &mut Vec<Rim>) {
     let mut path: Vec<(u32, u32)> = Vec::new();
     let mut place: HashMap<u32, usize> = HashMap::from([(start, 0)]);
     let mut at = start;
@@ -43,7 +43,7 @@ fn walk(start: u32, back: &mut HashMap<u32, Vec<(u32, u32)>>, rims: &mut Vec<Loo
             vertices[1..].iter().for_each(|v| {
                 place.remove(v);
             });
-            rims.push(Loop { vertices, triangles });
+            rims.push(Rim { vertices, triangles });
         } else {
             place.insert(to, path.len());
         }

@@ -1,0 +1,72 @@
+//! `gmlc convert`.
+
+use crate::cli::ConvertArgs;
+use crate::error::CommandError;
+use crate::progress::TerminalProgress;
+use crate::{fit, info, outputs};
+use gml_runtime::export::scan::{Recorded, ScanFormat};
+use gml_runtime::scan::{self, Loaded};
+use serde_json::json;
+use std::path::Path;
+
+pub(crate) fn run(args: &ConvertArgs) -> Result<(), CommandError> {
+    args.json.require_apart(&args.output)?;
+    outputs::require_apart(&args.output, [args.scan.as_path()])?;
+    outputs::require_files([&args.output])?;
+    let format = format_of(&args.output, args.format)?;
+    let progress = TerminalProgress::new();
+    let loaded = scan::load(&args.scan, &args.reading.options(), &progress);
+    progress.finish();
+    let loaded = loaded.map_err(fit::unreadable)?;
+    let Loaded { mesh, attributes, unit, cleaning, warnings, .. } = &loaded;
+    let no_triangles = mesh.triangles.is_empty();
+    if no_triangles && format.is_of_triangles() {
+        let path = args.scan.display();
+        return Err(CommandError::usage(format!(
+            "{path}: has points only, and a file of this format has triangles; write .ply, .e57, .laz or .xyz"
+        )));
+    }
+    let scan = Recorded { mesh, attributes, grids: &[], unit: args.output_unit.unwrap_or(*unit) };
+    outputs::write_scan(&args.output, &scan, format)?;
+    warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
+    let lost = lost(&loaded, format);
+    lost.iter().for_each(|lost| eprintln!("warning: {}: {lost}", args.output.display()));
+    let (points, triangles) = (mesh.positions.len(), if format.is_of_points() { 0 } else { mesh.triangles.len() });
+    let left_out = info::left_out(cleaning);
+    let ending = if left_out.is_empty() { String::new() } else { format!("; left out are {left_out}") };
+    let line = format!("{}: {points} points, {triangles} triangles{ending}", args.output.display());
+    let said = [&warnings[..], &lost[..]].concat();
+    let result = json!({ "output": outputs::named(&args.output), "points": points, "triangles": triangles,
+        "cleaning": cleaning, "warnings": said });
+    args.json.print(&args.output, &result, &line);
+    Ok(())
+}
+
+/// What of a scan its new format has no place for.
+fn lost(loaded: &Loaded, format: ScanFormat) -> Vec<String> {
+    let Loaded { mesh, attributes, .. } = loaded;
+    let can = format.holds();
+    let kinds = [
+        (!mesh.triangles.is_empty() && format.is_of_points(), "triangles"),
+        (!mesh.normals.is_empty() && !can.normals, "normals"),
+        (!attributes.colours.is_empty() && !can.colours, "colours"),
+        (!attributes.intensities.is_empty() && !can.intensities, "intensities"),
+        (!attributes.stations.places.is_empty() && !can.stations, "places of the scanner"),
+    ];
+    let lost: Vec<&str> = kinds.iter().filter(|(is_lost, _)| *is_lost).map(|(_, kind)| *kind).collect();
+    if lost.is_empty() {
+        return Vec::new();
+    }
+    vec![format!("the format has no {}: they are left out", lost.join(", no "))]
+}
+
+/// The format by --format, or else by the ending of the file's name.
+pub(crate) fn format_of(path: &Path, given: Option<ScanFormat>) -> Result<ScanFormat, CommandError> {
+    if outputs::is_stream(path) && given.is_none() {
+        return Err(CommandError::usage("-o -: standard output has no name that says the format; add --format ply"));
+    }
+    given.or_else(|| ScanFormat::of(path)).ok_or_else(|| {
+        let known: Vec<String> = ScanFormat::ALL.iter().map(|(name, _)| format!(".{name}")).collect();
+        CommandError::usage(format!("-o {}: the file name must end in one of {}", path.display(), known.join(", ")))
+    })
+}
