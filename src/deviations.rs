@@ -127,7 +127,7 @@ fn at_points(points: &PointDistances, max_distance: f64) -> String {
     let row = |name: &str, s: &PointStatistics| {
         let m = &s.moments;
         let place = s.largest.as_ref().map_or_else(String::new, |l| {
-            let [x, y, z] = l.place.map(table::number);
+            let [x, y, z] = l.place.map(table::coordinate);
             format!("({x}, {y}, {z})")
         });
         let largest = s.largest.as_ref().map_or(f64::NAN, |l| l.distance);
@@ -185,7 +185,7 @@ fn left_over(unmatched: &UnmatchedSummary, max_distance: f64) -> String {
         unmatched.pieces,
     );
     for piece in unmatched.largest.iter().take(LISTED) {
-        let [x, y, z] = piece.centre.map(table::number);
+        let [x, y, z] = piece.centre.map(table::coordinate);
         out.push_str(&format!("  {} mm2 around ({x}, {y}, {z})\n", table::number(piece.area)));
     }
     out
@@ -263,7 +263,7 @@ fn forms(parts: &[PartStatistics]) -> String {
 fn relations(datum: &DatumRelations) -> String {
     let row = |r: &Relation| {
         let WithoutNoise { noise_alone, corrected, uncertainty } = r.without_noise;
-        let [x, y, z] = r.place.map(table::number);
+        let [x, y, z] = r.place.map(table::coordinate);
         let mut cells = vec![r.part.clone(), r.characteristic.clone()];
         cells.extend([r.model, r.value, noise_alone].map(table::number));
         cells.extend([

@@ -21,7 +21,7 @@ fn text(survey: &Survey) -> String {
     let mut out = table::render(&["", ""], &figures(survey)).trim_start().to_owned();
     if survey.scans.len() > 1 {
         let rows = survey.scans.iter().enumerate().map(|(i, scan)| {
-            let place = scan.station.map_or_else(String::new, |p| p.map(table::number).join(", "));
+            let place = scan.station.map_or_else(String::new, |p| p.map(table::coordinate).join(", "));
             vec![i.to_string(), scan.name.clone(), scan.points.to_string(), place]
         });
         let rows: Vec<Vec<String>> = rows.collect();
@@ -48,8 +48,8 @@ fn figures(survey: &Survey) -> Vec<Vec<String>> {
         ("unit", format!("{}, {unit_from}", survey.unit)),
         ("points", survey.points.to_string()),
         ("triangles", survey.triangles.to_string()),
-        ("from", mm(&survey.low)),
-        ("to", mm(&survey.high)),
+        ("from", place(&survey.low)),
+        ("to", place(&survey.high)),
         ("size", mm(&size)),
         (
             "spacing",
@@ -110,6 +110,7 @@ pub(crate) fn left_out(cleaning: &Cleaning) -> String {
         (cleaning.without_area, "triangles without area"),
         (cleaning.repeated, "triangles that are there twice"),
         (cleaning.unused, "points that no triangle uses"),
+        (cleaning.decimated, if cleaning.triangles > 0 { "triangles by --decimate" } else { "points by --decimate" }),
     ];
     let counts: Vec<String> =
         counts.iter().filter(|(count, _)| *count > 0).map(|(count, what)| format!("{count} {what}")).collect();

@@ -24,6 +24,11 @@ pub(crate) fn number(x: f64) -> String {
     format!("{x:.decimals$}")
 }
 
+/// A coordinate of a place: far from the origin, as those of surveys are, it has hundredths of a millimetre all the same.
+pub(crate) fn coordinate(x: f64) -> String {
+    if x.is_finite() && (1e4..1e12).contains(&x.abs()) { format!("{x:.2}") } else { number(x) }
+}
+
 /// A number whose standard uncertainty is known: with as many decimals as leave two significant digits of that. Without
 /// one it is any other number.
 pub(crate) fn rounded(x: f64, uncertainty: Option<f64>) -> String {
@@ -91,6 +96,7 @@ mod tests {
         ] {
             assert_eq!(number(x), expected);
         }
+        assert_eq!([4_918_339_990.977_2, -28.656, 0.0].map(coordinate), ["4918339990.98", "-28.656", "0.0000"]);
         for (x, sd, expected) in [
             (1_234.567_89, Some(0.0123), "1234.568"),
             (1_234.567_89, Some(0.0998), "1234.57"),

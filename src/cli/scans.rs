@@ -31,6 +31,10 @@ pub(crate) struct ReadingArgs {
     /// Leave out the points of a cloud that lie on no surface, such as dust and spray
     #[arg(long)]
     pub(crate) drop_outliers: bool,
+    /// Simplify a mesh to at most N triangles, whose corners are points of the scan; of a cloud keep N points, chosen by
+    /// lot
+    #[arg(long, value_name = "N", value_parser = values::whole(1_usize, usize::MAX))]
+    pub(crate) decimate: Option<usize>,
 }
 
 impl ReadingArgs {
@@ -43,6 +47,7 @@ impl ReadingArgs {
         options.voxel = self.voxel;
         options.keep_largest = self.keep_largest;
         options.drop_outliers = self.drop_outliers;
+        options.decimate = self.decimate;
         options
     }
 }

@@ -24,6 +24,7 @@ mod prepare;
 mod raw;
 mod read;
 mod reservoir;
+mod simplify;
 mod source;
 mod survey;
 #[cfg(test)]

@@ -19,7 +19,7 @@ pub struct ReadOptions {
     pub keep_largest: bool,
     /// Points that lie on no surface are left out of a cloud.
     pub drop_outliers: bool,
-    /// The most triangles that are kept of a mesh: it is simplified.
+    /// The most triangles of a mesh, which is simplified, and the most points of a cloud.
     pub decimate: Option<usize>,
 }
 

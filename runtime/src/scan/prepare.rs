@@ -6,6 +6,7 @@ use super::normals::OverNeighbourhoods;
 use super::options::ReadOptions;
 use super::pieces;
 use super::raw::RawMesh;
+use super::simplify;
 use super::source::ScanSource;
 use super::unit::Unit;
 use super::{Scan, noise, normals};
@@ -53,6 +54,9 @@ pub(super) fn finish(
     }
     if options.keep_largest {
         cleaning.pieces = pieces::keep_largest(&mut mesh, &mut attributes) as u64;
+    }
+    if let Some(most) = options.decimate {
+        cleaning.decimated = simplify::simplify(&mut mesh, &mut attributes, most) as u64;
     }
     if !oriented && normals::turn_to_stations(&mut mesh, &attributes.stations) {
         oriented = true;

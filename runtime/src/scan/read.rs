@@ -11,7 +11,7 @@ use super::raw::{Odd, RawMesh};
 use super::reservoir::{Counted, MOST_POINTS, Reservoir};
 use super::source::{Cleaning, ScanSource};
 use super::unit::{self, Unit};
-use super::{Attributes, Scan, crop, normals, pieces, prepare};
+use super::{Attributes, Scan, crop, normals, pieces, prepare, simplify};
 use crate::mesh::TriangleMesh;
 use crate::progress::{Progress, Silent};
 use std::path::Path;
@@ -86,6 +86,16 @@ pub fn load(path: &Path, options: &ReadOptions, progress: &dyn Progress) -> Resu
         }
         if options.keep_largest {
             cleaning.pieces = pieces::keep_largest(&mut mesh, &mut attributes) as u64;
+        }
+        if let Some(most) = options.decimate {
+            let own = std::mem::take(&mut mesh.normals);
+            mesh.normals = mesh.vertex_normals();
+            cleaning.decimated = simplify::simplify(&mut mesh, &mut attributes, most) as u64;
+            // Those by which the sides of walls were told apart are no part of the file.
+            if own.is_empty() {
+                mesh.normals = own;
+            }
+            mesh.groups.clear();
         }
         let unit = Unit::ALL.into_iter().find(|known| known.millimetres() == unit).unwrap_or_default();
         Ok(Loaded { mesh, attributes, unit, format: format.name().to_owned(), cleaning, warnings })

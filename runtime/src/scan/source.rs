@@ -65,7 +65,7 @@ pub struct Cleaning {
     /// Points of pieces that do not hang together with the largest.
     #[serde(skip_serializing_if = "is_zero")]
     pub pieces: u64,
-    /// Triangles that the simplification took away.
+    /// Triangles that the simplification of a mesh took away; points of a cloud.
     #[serde(skip_serializing_if = "is_zero")]
     pub decimated: u64,
 }

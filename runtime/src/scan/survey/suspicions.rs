@@ -26,8 +26,9 @@ fn extents(survey: &Survey) -> [f64; 3] {
     std::array::from_fn(|k| survey.high[k] - survey.low[k])
 }
 
+/// Three significant digits.
 fn length(x: f64) -> String {
-    plain((x * 1000.0).round() / 1000.0)
+    format!("{x:.2e}").parse().map_or_else(|_| plain(x), plain)
 }
 
 fn percent(share: f64) -> String {
@@ -48,7 +49,7 @@ fn size(survey: &Survey) -> Option<String> {
     } else {
         format!("is it in another unit ({})?", likely.join(", "))
     };
-    Some(format!("the scan is {} mm large, and the file states no unit: {advice}", plain(size)))
+    Some(format!("the scan is {} mm large, and the file states no unit: {advice}", length(size)))
 }
 
 fn precision(survey: &Survey) -> Option<String> {
