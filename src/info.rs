@@ -35,6 +35,7 @@ fn text(survey: &Survey) -> String {
 
 fn figures(survey: &Survey) -> Vec<Vec<String>> {
     let size: [f64; 3] = std::array::from_fn(|k| survey.high[k] - survey.low[k]);
+    let place = |p: &[f64; 3]| format!("{} mm", p.map(table::coordinate).join(", "));
     let mm =
         |lengths: &[f64]| format!("{} mm", lengths.iter().map(|x| table::number(*x)).collect::<Vec<_>>().join(", "));
     let unit_from = match survey.unit_from {
