@@ -40,15 +40,11 @@ pub(super) fn compute(mesh: &TriangleMesh) -> Vec<[f64; 3]> {
 fn of_cloud(positions: &[[f64; 3]]) -> Vec<[f64; 3]> {
     let tree = Neighbours::new(positions);
     let centre = positions.iter().map(|&p| DVec3::from(p)).sum::<DVec3>() / positions.len().max(1) as f64;
-    positions
-        .par_iter()
-        .map(|&p| {
-            let near: Vec<DVec3> =
-                tree.nearest(p, NEIGHBOURS).iter().map(|&i| DVec3::from(positions[i as usize])).collect();
-            let normal = flattest(&near).unwrap_or(DVec3::Z);
-            if normal.dot(DVec3::from(p) - centre) < 0.0 { -normal } else { normal }.into()
-        })
-        .collect()
+    tree.at_each(NEIGHBOURS, |i, near| {
+        let near: Vec<DVec3> = near.iter().map(|&i| DVec3::from(positions[i as usize])).collect();
+        let normal = flattest(&near).unwrap_or(DVec3::Z);
+        if normal.dot(DVec3::from(positions[i]) - centre) < 0.0 { -normal } else { normal }.into()
+    })
 }
 
 /// Turns the normals of a cloud towards the scanner, which sees no surface from behind; false where a point's station is

@@ -7,7 +7,6 @@ use crate::disjoint_sets::DisjointSets;
 use crate::mesh::{TriangleMesh, renumber_used, retain_marked};
 use crate::robust::median;
 use glam::DVec3;
-use rayon::prelude::*;
 
 /// Points of a cloud hang together with so many neighbours ...
 const NEIGHBOURS: usize = 12;
@@ -65,7 +64,7 @@ fn pieces(mesh: &TriangleMesh) -> Vec<u32> {
 /// Pairs of points of a cloud that hang together.
 fn links(positions: &[[f64; 3]]) -> Vec<[u32; 2]> {
     let tree = Neighbours::new(positions);
-    let near: Vec<Vec<u32>> = positions.par_iter().map(|p| tree.nearest(*p, NEIGHBOURS + 1)).collect();
+    let near: Vec<Vec<u32>> = tree.at_each(NEIGHBOURS + 1, |_, near| near.to_vec());
     let distance = |a: u32, b: u32| DVec3::from(positions[a as usize]).distance(DVec3::from(positions[b as usize]));
     let mut spacings: Vec<f64> =
         near.iter().enumerate().filter_map(|(i, near)| Some(distance(i as u32, *near.get(1)?))).collect();

@@ -8,16 +8,16 @@ use glam::DVec3;
 /// The scan: the surface of a mesh, or the points of a cloud.
 pub(crate) struct Scanned<'a> {
     scan: &'a Scan,
-    shape: Shape<'a>,
+    shape: Shape,
     /// Whether the scan's normals tell the sides of a wall from each other.
     oriented: bool,
     /// Places that lie beyond by less do so by noise. Millimetres.
     slack: f64,
 }
 
-enum Shape<'a> {
+enum Shape {
     Surface(Bvh),
-    Cloud(Neighbours<'a>),
+    Cloud(Neighbours),
 }
 
 /// A place of the model that the scan does not reach.
