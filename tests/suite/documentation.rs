@@ -14,6 +14,7 @@ fn every_command_of_the_documentation_works() {
         "README.md",
         "docs/output.md",
         "docs/command.md",
+        "docs/scans.md",
         "docs/fitting.md",
         "docs/language.md",
         "docs/tutorial.md",
