@@ -34,6 +34,7 @@ pub use attributes::{Attributes, Station, Stations};
 pub(crate) use empty_space::EmptySpace;
 pub use error::{ScanError, ScanFault};
 pub use format::{Foreign, foreign};
+pub(crate) use formats::e57::pages as e57_pages;
 pub(crate) use neighbours::Neighbours;
 pub use options::ReadOptions;
 pub(crate) use outliers::outliers;
