@@ -38,6 +38,7 @@ pub(crate) use empty_space::EmptySpace;
 pub use error::{ScanError, ScanFault};
 pub use format::{Foreign, foreign};
 pub use load::{Loaded, load};
+pub(crate) use formats::e57::pages as e57_pages;
 pub(crate) use neighbours::Neighbours;
 pub use options::ReadOptions;
 pub(crate) use outliers::outliers;

@@ -1,6 +1,7 @@
 //! Reading files, good and bad.
 
 mod data;
+mod e57_las;
 mod lost;
 
 use super::file::Opened;
