@@ -17,7 +17,11 @@ pub(in crate::scan) fn recognise(head: &[u8]) -> bool {
     let lines = head.split(|b| *b == b'\n' || *b == b'\r');
     let mut lines = lines.filter(|line| !line.trim_ascii().is_empty());
     let (Some(count), Some(first)) = (lines.next(), lines.next()) else { return false };
-    lone_count(count).is_some() && matches!(row(first, &mut [0.0; 7]), Some(3 | 4 | 6 | 7))
+    let mut numbers = [0.0; 7];
+    let width = row(first, &mut numbers);
+    // Normals are not for PTS.
+    let colour = width.and_then(|width| numbers[..width].last_chunk()).and_then(|last| text::colour(*last, 255.0));
+    lone_count(count).is_some() && (matches!(width, Some(3 | 4)) || matches!(width, Some(6 | 7)) && colour.is_some())
 }
 
 /// Reads a file of this format.
@@ -188,6 +192,7 @@ mod tests {
             let error = collect(read, text.as_bytes(), None).unwrap_err().to_string();
             assert!(error.contains(expected), "{text}: {error}");
         }
+        assert!(!recognise(b"1\n1 2 3 0 -0.6 0.8\n") && recognise(b"1\n1 2 3 0 6 8\n"));
         assert!(!recognise(b"12\nfoo bar") && !recognise(b"1\n2\n1 2 3") && !recognise(b"1 2 3\n"));
     }
 

@@ -2,6 +2,7 @@
 
 mod data;
 mod lost;
+mod written;
 
 use super::file::Opened;
 use super::prepare::finish;

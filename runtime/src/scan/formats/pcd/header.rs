@@ -101,6 +101,11 @@ impl Entries {
     fn take(&mut self, keyword: &str, values: &[&str], lines: &Lines, batch: &mut Batch<'_>) -> Result<(), ScanFault> {
         match keyword {
             "VERSION" => {}
+            _ if !keyword.starts_with(|c: char| c.is_ascii_alphabetic()) => {
+                return Err(
+                    lines.unexpected("the header of a PCD file (a table of points without one may be called .xyz)")
+                );
+            }
             "FIELDS" | "COLUMNS" => self.names = Some(values.iter().map(|name| name.to_ascii_lowercase()).collect()),
             "SIZE" => {
                 let size = |word: &&str| word.parse().ok().filter(|size| [1, 2, 4, 8].contains(size));

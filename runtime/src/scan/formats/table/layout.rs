@@ -1,10 +1,10 @@
 //! What a table is like, from its first lines.
 
-use super::super::text::{self, lone_count};
+use super::super::text::{self, lone_count, shown_line as show};
 use super::dialect::{Cell, DIALECTS, Dialect, Separator};
 use super::guess::{self, Rows};
 use super::names::{self, Columns, Names};
-use crate::scan::error::{ScanFault, shown};
+use crate::scan::error::ScanFault;
 use std::collections::HashMap;
 use std::ops::Range;
 
@@ -243,10 +243,6 @@ fn find_names(
 
 fn fault(line: u64, message: String) -> ScanFault {
     ScanFault::malformed(FORMAT, format!("line {line}"), message)
-}
-
-fn show(line: &[u8]) -> String {
-    shown(&String::from_utf8_lossy(line))
 }
 
 /// The lines of a text that are not empty, and their numbers; the last of a part of a text may not be whole.

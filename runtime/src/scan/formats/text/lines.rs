@@ -207,8 +207,20 @@ impl Lines {
 
     /// The current line for a message.
     pub(in crate::scan) fn shown(&self) -> String {
-        shown(&String::from_utf8_lossy(self.line()))
+        shown_line(self.line())
     }
+}
+
+/// A line for a message: its beginning, without what terminals obey to.
+pub(in crate::scan) fn shown_line(line: &[u8]) -> String {
+    // Lines may be long.
+    let text = String::from_utf8_lossy(&line[..line.len().min(1000)]);
+    let visible = |c: char| match c {
+        '\t' => ' ',
+        c if c.is_control() => char::REPLACEMENT_CHARACTER,
+        c => c,
+    };
+    shown(&text.chars().map(visible).collect::<String>())
 }
 
 fn read_some(source: &mut dyn Read, into: &mut [u8]) -> Result<usize, ScanFault> {

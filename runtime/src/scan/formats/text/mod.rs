@@ -3,7 +3,7 @@
 mod lines;
 mod number;
 
-pub(super) use lines::{Lines, decoded};
+pub(super) use lines::{Lines, decoded, shown_line};
 pub(super) use number::{leading, missing, number};
 
 /// The words of a line, which have blanks between them.
