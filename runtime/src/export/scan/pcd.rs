@@ -2,7 +2,7 @@
 
 use super::{Out, Recorded};
 use glam::{DMat3, DQuat};
-use std::io::{self, Write as _};
+use std::io;
 
 /// Coordinates are in single precision, which PCL's own types of points need, where that moves no point by more.
 /// Millimetres along an axis.

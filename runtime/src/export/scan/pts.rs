@@ -1,7 +1,7 @@
 //! PTS: the number of points, then a line for each with its coordinates, intensity and colour, as far as there are any.
 
 use super::{Out, Recorded};
-use std::io::{self, Write as _};
+use std::io;
 
 /// Writes a scan in this format, whichever stations saw it.
 pub(super) fn write(out: &mut dyn Out, scan: &Recorded<'_>) -> io::Result<()> {

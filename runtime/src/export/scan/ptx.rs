@@ -2,7 +2,7 @@
 
 use super::{Grid, Out, Recorded};
 use crate::scan::{Station, Stations};
-use std::io::{self, Write as _};
+use std::io;
 
 /// Millimetres.
 const METRE: f64 = 1000.0;

@@ -2,7 +2,7 @@
 //! for what they say; programs that know none skip the line.
 
 use super::{Out, Recorded};
-use std::io::{self, Write as _};
+use std::io;
 
 /// Writes a scan in this format.
 pub(super) fn write(out: &mut dyn Out, scan: &Recorded<'_>) -> io::Result<()> {

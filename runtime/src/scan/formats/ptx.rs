@@ -116,7 +116,7 @@ impl Header {
         let matrix = Station { place: [shift[0], shift[1], shift[2]], rotation: self.turned() };
         if !is_rotation(&matrix.rotation) {
             batch.warn(format!(
-                ", line {}: the matrix behind it is not a rotation. It is applied as it stands, and where the scanner stood is not used",
+                "line {}: the matrix behind it is not a rotation. It is applied as it stands, and where the scanner stood is not used",
                 self.line
             ));
             return None;
@@ -133,7 +133,7 @@ impl Header {
             return Some(if usable { Station { place: self.place, rotation } } else { Station::at(self.place) });
         }
         batch.warn(format!(
-            ", line {}: the scanner's place is not that of the matrix behind it, which is used",
+            "line {}: the scanner's place is not that of the matrix behind it, which is used",
             self.line + 2
         ));
         Some(matrix)

@@ -1,6 +1,7 @@
 //! What the fields of a PCD file are, and their values.
 
 use super::super::batch::Batch;
+use super::super::text::{self, shown_line};
 use super::FORMAT;
 use super::header::{Field, Header};
 use crate::scan::cloud::RawPoint;
@@ -103,7 +104,8 @@ impl Roles {
         {
             return Err(fault(format!(
                 "the field `{}` has type F and size {}, floating-point numbers have 4 or 8 bytes; correct TYPE",
-                field.name, field.size
+                shown_line(field.name.as_bytes()),
+                field.size
             )));
         }
         let three = |names: [&[&str]; 3]| -> Option<[Slot; 3]> {
@@ -159,7 +161,7 @@ impl Roles {
         let colour = match &self.colour {
             Colour::None => None,
             Colour::Packed(slot) => packed(value(*slot)),
-            Colour::Apart(slots) => super::super::text::colour(slots.map(value), 255.0),
+            Colour::Apart(slots) => text::colour(slots.map(value), 255.0),
         };
         self.point(value, colour)
     }

@@ -1,7 +1,7 @@
 //! The header of a PCD file: lines of a keyword and values.
 
 use super::super::batch::Batch;
-use super::super::text::{Lines, words};
+use super::super::text::{Lines, shown_line, words};
 use super::FORMAT;
 use crate::scan::attributes::Station;
 use crate::scan::error::ScanFault;
@@ -92,7 +92,7 @@ impl Header {
     /// The names of the fields for a message.
     pub(super) fn names(&self) -> String {
         let names: Vec<&str> = self.fields.iter().map(|field| field.name.as_str()).take(16).collect();
-        names.join(" ") + if self.fields.len() > 16 { " ..." } else { "" }
+        shown_line((names.join(" ") + if self.fields.len() > 16 { " ..." } else { "" }).as_bytes())
     }
 }
 
@@ -127,7 +127,7 @@ impl Entries {
             "POINTS" => self.points = Some(count(values, lines)?),
             "VIEWPOINT" => self.viewpoint = viewpoint(values, lines)?,
             _ => batch.warn(format!(
-                ", line {}: `{}` is not a line of a PCD header and is left out",
+                "line {}: `{}` is not a line of a PCD header and is left out",
                 lines.number(),
                 lines.shown()
             )),

@@ -16,8 +16,8 @@ enum Part {
     Intensity,
 }
 
-/// What may follow the coordinates, by the number of columns; the first that fits is taken. An intensity stands before a
-/// colour in PTS, and behind it elsewhere.
+/// What may follow the coordinates, by the number of columns; the first that fits is taken. An intensity stands before
+/// a colour in PTS, and behind it elsewhere.
 const ORDERS: [&[Part]; 13] = [
     &[Part::Intensity],
     &[Part::Normal],

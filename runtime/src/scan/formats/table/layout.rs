@@ -112,7 +112,7 @@ impl Layout {
             None => {
                 refuse_mixed(fit)?;
                 let (columns, warning) = guess::columns(&fit.numeric, &rows);
-                warnings.extend(warning.map(|warning| format!(": {warning}")));
+                warnings.extend(warning);
                 (columns, None)
             }
         };
@@ -121,7 +121,7 @@ impl Layout {
         }
         let unused = |line: &&Line<'_>| Some(line.0) != header && lone_count(line.1).is_none();
         if let Some((number, line)) = texts.iter().find(unused) {
-            warnings.push(format!(", line {number}: `{}` is no point and is left out", show(line)));
+            warnings.push(format!("line {number}: `{}` is no point and is left out", show(line)));
         }
         let clear = fit.is_clear();
         let unit = unit.map(|unit| unit.millimetres());
@@ -177,15 +177,14 @@ fn check_named(fit: &Fit<'_>, columns: &mut Columns, warnings: &mut Vec<String>)
             Some(brightest) if numbers(&all) => {
                 columns.brightest = brightest;
                 if brightest > 255.0 {
-                    let message = ": colours were taken for numbers from 0 to 65535, since some are larger than 255";
+                    let message = "colours were taken for numbers from 0 to 65535, since some are larger than 255";
                     warnings.push(message.to_owned());
                 }
             }
             _ => {
                 columns.colour = None;
-                warnings.push(
-                    ": colours are left out: numbers from 0 to 255, 0 to 1 or 0 to 65535 were expected".to_owned(),
-                );
+                warnings
+                    .push("colours are left out: numbers from 0 to 255, 0 to 1 or 0 to 65535 were expected".to_owned());
             }
         }
     }

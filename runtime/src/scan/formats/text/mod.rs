@@ -1,4 +1,5 @@
-//! What the formats of text have in common: lines that are read in blocks, in the encodings that there are, and numbers.
+//! What the formats of text have in common: lines that are read in blocks, in the encodings that there are, and
+//! numbers.
 
 mod lines;
 mod number;
