@@ -129,13 +129,13 @@ impl Layout {
     }
 }
 
-/// A line of numbers before the first point is a point that is not like the others.
+/// A line that begins with three numbers, before the first point, is a point that is not like the others.
 fn refuse_other_points(fit: &Fit<'_>, texts: &[Line<'_>]) -> Result<(), ScanFault> {
     let mut fields = Vec::new();
     for (number, line) in texts {
         fit.dialect.split(line, &mut fields);
         let is_number = |field: &Range<usize>| fit.dialect.cell(&line[field.clone()]) != Cell::Text;
-        if fields.len() >= 3 && fields.iter().all(is_number) {
+        if fields.len() >= 3 && fields[..3].iter().all(is_number) {
             let message = format!(
                 "expected {} columns as in line {} and others, found {} in `{}`",
                 fit.width,

@@ -117,6 +117,7 @@ fn rows_that_do_not_fit_are_named() {
         ("1 2 3 4\n1 x 3 4\n", "line 2: expected a number in column 2, found `1 x 3 4`"),
         ("1 y 3 4\n1 x 3 4\n1 2 3 4\n", "line 1: column 2 has numbers in some lines and text in others"),
         ("1 2 3 4\n1 2 3\n1 2 3\n", "line 1: expected 3 columns as in line 2 and others, found 4"),
+        ("x y z\n1 2 3 # first\n4 5 6\n", "line 2: expected 3 columns as in line 3 and others, found 5"),
         ("X,Y,X\n0, 0, 0\n", "line 1: two columns are called `x`: expected x, y and z, found `X,Y,X`"),
         ("time,speed,level\n0, 0, 0\n", "line 1: expected columns called x, y and z, found `time,speed,level`"),
         ("x,y,z\n1,5,2,5,3,5\n", "line 1: the line names 3 columns, line 2 has 6: are commas decimal marks?"),
