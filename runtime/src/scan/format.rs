@@ -1,7 +1,7 @@
 //! The format of a file: by its content first, by its extension second.
 
 use super::error::ScanFault;
-use super::formats::{gltf, pts, ptx, table};
+use super::formats::{gltf, pcd, pts, ptx, table};
 use std::path::Path;
 
 /// The formats that are read.
@@ -148,9 +148,12 @@ pub(super) fn recognise(path: &Path, head: &[u8], size: u64) -> Result<Format, S
     let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
     let by_name = Format::of_ending(&extension);
     match by_name {
-        // Any text may be called so.
         None | Some(Format::Table) if table::recognise(head) => Ok(Format::Table),
-        Some(format) if format != Format::Table => Ok(format),
+        // Any text may be called so.
+        Some(Format::Table) if extension == "txt" || extension == "dat" => {
+            Err(ScanFault::NotRecognised { found: describe(head), fix: CONVERT })
+        }
+        Some(format) => Ok(format),
         _ => Err(ScanFault::NotRecognised { found: describe(head), fix: CONVERT }),
     }
 }
@@ -170,7 +173,7 @@ fn by_content(head: &[u8], size: u64) -> Option<Format> {
     let formats = [
         (is(b"astm-e57"), Format::E57),
         (head.starts_with(b"LASF"), Format::Las),
-        (is(b"# .pcd") || is(b"version .") || is(b"version 0.7"), Format::Pcd),
+        (pcd::recognise(head), Format::Pcd),
         (["off", "coff", "noff", "cnoff", "stoff", "4off", "noff4"].iter().any(|w| word(w.as_bytes())), Format::Off),
         (gltf::recognise(head), Format::Gltf),
         (head.starts_with(b"PK\x03\x04"), Format::ThreeMf),

@@ -66,8 +66,16 @@ pub struct Recorded<'a> {
     pub attributes: &'a Attributes,
     /// By station, the points in the order in which it saw them; empty where that is not known.
     pub grids: &'a [Grid],
-    /// The unit of the file's coordinates, of formats that have no unit of their own (E57, LAS and glTF have metres).
+    /// The unit of the file's coordinates, of formats that have no unit of their own (E57, LAS, PTX and glTF have
+    /// metres).
     pub unit: Unit,
+}
+
+impl Recorded<'_> {
+    /// A point in the file's unit.
+    fn position(&self, point: usize) -> [f64; 3] {
+        self.mesh.positions[point].map(|c| c / self.unit.millimetres())
+    }
 }
 
 /// The points of a station as the cells of a grid.

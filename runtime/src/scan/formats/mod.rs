@@ -1,5 +1,8 @@
 //! One reader a format. Those of meshes have the whole file in memory; those of clouds hand their points on in batches.
 
+mod batch;
+#[cfg(test)]
+pub(crate) mod collected;
 pub(super) mod e57;
 pub(super) mod gltf;
 pub(super) mod las;
@@ -11,4 +14,5 @@ pub(super) mod pts;
 pub(super) mod ptx;
 pub(super) mod stl;
 pub(super) mod table;
+mod text;
 pub(super) mod threemf;

@@ -3,6 +3,7 @@
 mod data;
 mod e57_las;
 mod lost;
+mod written;
 
 use super::file::Opened;
 use super::prepare::finish;
@@ -256,7 +257,7 @@ fn bad_files_get_a_clear_error() {
     let cases: Vec<(&str, String, &str)> = vec![
         ("a.ply", String::new(), "the file is empty (0 bytes)"),
         ("a.ply", "hello".into(), "line 1: expected `ply`"),
-        ("a.xyz", "1 2 3\n4 5 6\n".into(), "expected an OBJ, PLY or STL file, found text that begins `1 2 3"),
+        ("a.xyz", "1 2 3\n4 5\n".into(), "line 2: expected 3 columns as in line 1, found 2 in `4 5`"),
         ("a.obj", "OFF\n3 1 0\n".into(), "found an OFF file"),
         ("a.bin", "\u{1}\u{2}".into(), "bytes 01 02"),
         ("a.obj", "# nothing\n".into(), "has no vertices"),

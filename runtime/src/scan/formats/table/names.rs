@@ -1,0 +1,216 @@
+//! Names of columns, and what they say.
+
+use super::dialect::{DIALECTS, Dialect};
+use crate::scan::unit::Unit;
+
+/// What the columns of a table are, by their numbers.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Columns {
+    pub(super) position: [usize; 3],
+    pub(super) normal: Option<[usize; 3]>,
+    /// Red, green and blue.
+    pub(super) colour: Option<[usize; 3]>,
+    /// The number that is full brightness.
+    pub(super) brightest: f64,
+    pub(super) intensity: Option<usize>,
+}
+
+/// Names of coordinates without blanks, signs and units; the earlier ones are better.
+const POSITION: [&[&str]; 3] = [
+    &["x", "xcoordinate", "xcoord", "coordx", "coordinatex", "posx", "positionx", "px", "points0", "easting", "east"],
+    &["y", "ycoordinate", "ycoord", "coordy", "coordinatey", "posy", "positiony", "py", "points1", "northing", "north"],
+    &[
+        "z",
+        "zcoordinate",
+        "zcoord",
+        "coordz",
+        "coordinatez",
+        "posz",
+        "positionz",
+        "pz",
+        "points2",
+        "elevation",
+        "height",
+        "altitude",
+    ],
+];
+const NORMAL: [&[&str]; 3] = [
+    &["nx", "normalx", "normals0", "xnormal", "normx"],
+    &["ny", "normaly", "normals1", "ynormal", "normy"],
+    &["nz", "normalz", "normals2", "znormal", "normz"],
+];
+const COLOUR: [&[&str]; 3] = [
+    &["r", "red", "rf", "colorr", "colourr", "rgb0", "diffusered"],
+    &["g", "green", "gf", "colorg", "colourg", "rgb1", "diffusegreen"],
+    &["b", "blue", "bf", "colorb", "colourb", "rgb2", "diffuseblue"],
+];
+const INTENSITY: &[&str] = &["intensity", "scalarintensity", "i", "int", "reflectance", "reflectivity", "amplitude"];
+
+/// A line of names.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Names {
+    /// Their number.
+    pub(super) count: usize,
+    pub(super) columns: Columns,
+    /// The unit of the coordinates.
+    pub(super) unit: Option<Unit>,
+}
+
+/// A name.
+struct Name {
+    /// Letters and digits, in lower case, without the unit.
+    bare: String,
+    unit: Option<Unit>,
+}
+
+impl Name {
+    fn of(text: &str) -> Self {
+        let text = text.trim_matches(|c: char| c.is_whitespace() || c == '"' || c == '\'').to_lowercase();
+        let (base, unit) = match text.find(['[', '(']) {
+            Some(at) => {
+                let inside = text[at + 1..].trim_end_matches([']', ')', ' ']);
+                (&text[..at], unit(inside))
+            }
+            // `x_mm` and `x mm`.
+            None => match text.rsplit_once(['_', ' ']).map(|(base, word)| (base, unit(word))) {
+                Some((base, Some(unit))) => (base, Some(unit)),
+                _ => (text.as_str(), None),
+            },
+        };
+        Self { bare: base.chars().filter(|c| c.is_alphanumeric()).collect(), unit }
+    }
+}
+
+fn unit(word: &str) -> Option<Unit> {
+    let word = word.trim();
+    let long = match word.trim_end_matches('s') {
+        "metre" | "meter" => "m",
+        "millimetre" | "millimeter" => "mm",
+        "centimetre" | "centimeter" => "cm",
+        "micron" | "micrometre" | "micrometer" | "µm" | "μm" => "um",
+        "inch" | "inche" => "in",
+        "foot" | "feet" => "ft",
+        _ => word,
+    };
+    long.parse().ok()
+}
+
+/// The column of the best of some names; the error says that two have it.
+fn column(names: &[Name], known: &[&str]) -> Result<Option<usize>, String> {
+    for known in known {
+        let mut with = (0..names.len()).filter(|i| names[*i].bare == *known);
+        if let Some(first) = with.next() {
+            return match with.next() {
+                Some(_) => Err(format!("two columns are called `{known}`")),
+                None => Ok(Some(first)),
+            };
+        }
+    }
+    Ok(None)
+}
+
+fn three(names: &[Name], known: [&[&str]; 3]) -> Result<Option<[usize; 3]>, String> {
+    let [a, b, c] = known.map(|known| column(names, known));
+    Ok(match (a?, b?, c?) {
+        (Some(a), Some(b), Some(c)) => Some([a, b, c]),
+        _ => None,
+    })
+}
+
+impl Names {
+    /// The names of a line in one dialect or another; none if the coordinates are not among them. An error says that
+    /// they contradict each other.
+    pub(super) fn of(line: &[u8], dialect: Dialect) -> Result<Option<Self>, String> {
+        let line = line.trim_ascii();
+        let line = line.strip_prefix(b"//").or_else(|| line.strip_prefix(b"#")).unwrap_or(line);
+        let mut error = None;
+        for dialect in std::iter::once(dialect).chain(DIALECTS) {
+            match Self::of_words(&words(line, dialect)) {
+                Ok(None) => {}
+                Ok(names) => return Ok(names),
+                Err(message) => error = error.or(Some(message)),
+            }
+        }
+        error.map_or(Ok(None), Err)
+    }
+
+    fn of_words(words: &[String]) -> Result<Option<Self>, String> {
+        let names: Vec<Name> = words.iter().map(|word| Name::of(word)).collect();
+        let Some(position) = three(&names, POSITION)? else { return Ok(None) };
+        let units = position.map(|i| names[i].unit);
+        let unit = units.into_iter().flatten().next();
+        if units.iter().flatten().any(|other| Some(*other) != unit) {
+            return Err("the coordinates have different units".to_owned());
+        }
+        let columns = Columns {
+            position,
+            // Of what is there twice nothing is taken.
+            normal: three(&names, NORMAL).unwrap_or(None),
+            colour: three(&names, COLOUR).unwrap_or(None),
+            brightest: 255.0,
+            intensity: column(&names, INTENSITY).unwrap_or(None),
+        };
+        Ok(Some(Self { count: words.len(), columns, unit }))
+    }
+}
+
+/// The words of a line of names: a unit in brackets belongs to the word before.
+pub(super) fn words(line: &[u8], dialect: Dialect) -> Vec<String> {
+    let mut fields = Vec::new();
+    dialect.split(line, &mut fields);
+    let mut words: Vec<String> = Vec::new();
+    for field in fields {
+        let word = String::from_utf8_lossy(&line[field]).into_owned();
+        match words.last_mut() {
+            Some(last) if word.starts_with(['[', '(']) => last.push_str(&word),
+            _ => words.push(word),
+        }
+    }
+    words
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names(line: &str) -> Option<Names> {
+        Names::of(line.as_bytes(), DIALECTS[5]).unwrap()
+    }
+
+    #[test]
+    fn names_in_many_forms() {
+        let all = [
+            "x,y,z",
+            "X Y Z",
+            "//X;Y;Z",
+            "# x y z",
+            "\"X\",\"Y\",\"Z\"",
+            "Points:0,Points:1,Points:2",
+            "Easting,Northing,Elevation",
+            "pos_x, pos_y, pos_z",
+        ];
+        for line in all {
+            let names = names(line).unwrap();
+            assert_eq!((names.columns.position, names.unit), ([0, 1, 2], None), "{line}");
+        }
+        let units =
+            ["X [mm],Y [mm],Z [mm]", "X [mm] Y [mm] Z [mm]", "x_mm;y_mm;z_mm", "x(mm)\ty(mm)\tz(mm)", "x mm,y,z"];
+        for line in units {
+            let names = names(line).unwrap();
+            assert_eq!((names.columns.position, names.unit, names.count), ([0, 1, 2], Some(Unit::Mm), 3), "{line}");
+        }
+        assert_eq!(names("x (Inches),y,z").unwrap().unit, Some(Unit::In));
+        let all = names("id,Z,Y,X,Blue,Green,Red,Nx,Ny,Nz,Intensity").unwrap().columns;
+        assert_eq!((all.position, all.normal, all.colour), ([3, 2, 1], Some([7, 8, 9]), Some([6, 5, 4])));
+        assert_eq!(all.intensity, Some(10));
+    }
+
+    #[test]
+    fn other_names() {
+        assert_eq!(names("time,speed,height"), None);
+        assert_eq!(names("Exported by a program"), None);
+        let error = |line: &str| Names::of(line.as_bytes(), DIALECTS[5]).unwrap_err();
+        assert_eq!(error("X,Y,X"), "two columns are called `x`");
+        assert_eq!(error("X [mm],Y [m],Z [mm]"), "the coordinates have different units");
+    }
+}

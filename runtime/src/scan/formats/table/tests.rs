@@ -1,0 +1,173 @@
+//! Tests of tables.
+
+use super::super::collected::{Collected, collect, mutate};
+use super::*;
+use crate::scan::cloud::Entry;
+
+fn table(text: &str) -> Collected {
+    collect(read, text.as_bytes(), None).unwrap_or_else(|error| panic!("{text}: {error}"))
+}
+
+fn positions(text: &str) -> Vec<[f64; 3]> {
+    table(text).points.iter().map(|point| point.position).collect()
+}
+
+fn error(text: &str) -> String {
+    match collect(read, text.as_bytes(), None) {
+        Ok(found) => panic!("{text}: {found:?}"),
+        Err(error) => error.to_string(),
+    }
+}
+
+#[test]
+fn separators_and_marks() {
+    let expected = [[1.5, -2.5, 3.0], [1e3, 0.25, 7.0]];
+    let tables = [
+        "1.5 -2.5 3\n1e3 .25 7\n",
+        "1.5,-2.5,3\n1000,0.25,7.",
+        "1.5, -2.5, 3\n1000, 0.25, 7\n",
+        "1.5;-2.5;3\n1000;0.25;7\n",
+        "1,5;-2,5;3\n1000;0,25;7\n",
+        "1,5 -2,5 3\n1000 0,25 7\n",
+        "1,5, -2,5, 3,0\n1000,0, 0,25, 7,0\n",
+        "1.5\t-2.5\t3\n1000\t0.25\t7\n",
+        "1,5\t-2,5\t3\n1000\t0,25\t7\n",
+        "  1.5   -2.5\t3  \r\n\r\n 1000 0.25 7\r\n",
+        "1.5 -2.5 3\r1000 0.25 7\r",
+        "\"1.5\",\"-2.5\",\"3\"\n\"1000\",\"0.25\",\"7\"\n",
+        "\"1,5\",\"-2,5\",\"3\"\n\"1000\",\"0,25\",\"7\"\n",
+        "1.5,-2.5,3,\n1000,0.25,7,\n",
+        "\u{feff}1.5 -2.5 3\n1000 0.25 7\n",
+        "# a remark\n1.5 -2.5 3\n// another\n! and\n; so\n1000 0.25 7\n",
+        "2\n1.5 -2.5 3\n1000 0.25 7\n",
+        "P1 1.5 -2.5 3\nP2 1000 0.25 7\n",
+    ];
+    for text in tables {
+        assert_eq!(positions(text), expected, "{text}");
+        assert!(recognise(text.as_bytes()), "{text}");
+    }
+    let utf16: Vec<u8> = "1,5;-2,5;3\r\n1000;0,25;7".encode_utf16().flat_map(u16::to_be_bytes).collect();
+    let found = collect(read, &[b"\xfe\xff".as_slice(), &utf16].concat(), None).unwrap();
+    assert_eq!(found.points[0].position, expected[0]);
+    assert_eq!((found.points.len(), found.progress), (2, 1.0));
+}
+
+#[test]
+fn names_say_what_columns_are() {
+    let text = "id,Z [mm],Y [mm],X [mm],nx,ny,nz,r,g,b,Intensity\n\
+        1,3,2,1,0,0,1,255,0,17,0.5\n2,6,5,4,0,1,0,0,0,0,\nlast,9,8,7,nan,0,1,,,,2\n\
+        4,3,2,1,0,0,1,255,0,17,0.5\n5,3,2,1,0,0,1,255,0,17,0.5\n6,3,2,1,0,0,1,255,0,17,0.5\n\
+        7,,2,1,0,0,1,255,0,17,0.5\n8,NaN,2,1,0,0,1,255,0,17,0.5\n";
+    let found = table(text);
+    assert_eq!((found.points.len(), found.empty, found.unit), (6, 2, Some(1.0)));
+    assert!(found.warnings.is_empty() && found.entries == Vec::<(Entry, usize)>::new(), "{:?}", found.warnings);
+    let first = found.points[0];
+    assert_eq!((first.position, first.normal), ([1.0, 2.0, 3.0], Some([0.0, 0.0, 1.0])));
+    assert_eq!((first.colour, first.intensity), (Some([255, 0, 17]), Some(0.5)));
+    assert_eq!((found.points[1].intensity, found.points[2].normal, found.points[2].colour), (None, None, None));
+    let fractions = table("//X Y Z Rf Gf Bf\n1 2 3 1 0.5 0\n4 5 6 0 0 1\n");
+    assert_eq!(fractions.points[0].colour, Some([255, 128, 0]));
+    let wide = table("x y z red green blue\n1 2 3 65535 257 0\n");
+    assert_eq!(wide.points[0].colour, Some([255, 1, 0]));
+    assert!(wide.warnings[0].contains("colours were taken for numbers from 0 to 65535"), "{:?}", wide.warnings);
+    // Colours that are none do not keep a scan from being read.
+    let odd = table("x y z red green blue\n1 2 3 -1 257 0\n");
+    assert!(odd.points[0].colour.is_none() && odd.warnings[0].contains("colours are left out"));
+}
+
+#[test]
+fn columns_without_names() {
+    let colours = table("1 2 3 255 0 0\n4 5 6 0 17 255\n");
+    assert_eq!(colours.points[1].colour, Some([0, 17, 255]));
+    assert!(colours.warnings[0].contains("columns 4 to 6 are colours from 0 to 255"), "{:?}", colours.warnings);
+    let fractions = table("1 2 3 0.5 0 1\n");
+    assert_eq!(fractions.points[0].colour, Some([128, 0, 255]));
+    let normals = table("1 2 3 0.6 0 0.8\n4 5 6 0 1 0\n");
+    assert_eq!(normals.points[1].normal, Some([0.0, 1.0, 0.0]));
+    assert!(normals.warnings[0].contains("normals"), "{:?}", normals.warnings);
+    let neither = table("1 2 3 400 5 6\n");
+    assert!((neither.points[0].normal, neither.points[0].colour) == (None, None) && neither.warnings.len() == 1);
+    let four = table("1 1 1 25\n2 2 2 30\n3 3 3 35\n4 4 4 40\n5 5 5 45\n");
+    assert_eq!((four.points[4].position, four.points[4].intensity), ([5.0; 3], Some(45.0)));
+    let pts = table("1 2 3 -500 1 2 3\n4 5 6 70 4 5 6\n");
+    assert_eq!((pts.points[0].intensity, pts.points[0].colour), (Some(-500.0), Some([1, 2, 3])));
+    let behind = table("1 2 3 1 2 3 0.5\n4 5 6 70 4 5 0.25\n");
+    assert_eq!((behind.points[0].intensity, behind.points[0].colour), (Some(0.5), Some([1, 2, 3])));
+    let all = table("1 2 3 1 2 3 0 0 1 0.5\n4 5 6 70 4 5 0 1 0 0.25\n");
+    assert_eq!((all.points[0].intensity, all.points[0].normal), (Some(0.5), Some([0.0, 0.0, 1.0])));
+    let numbered = table("1 0.5 1 2\n2 0.5 3 4\n3 0.5 5 6\n4 0.5 7 8\n");
+    assert_eq!(numbered.points[3].position, [0.5, 7.0, 8.0]);
+    assert!(
+        numbered.warnings[0].contains("column 1 counts the points, columns 2, 3 and 4 are coordinates"),
+        "{:?}",
+        numbered.warnings
+    );
+}
+
+#[test]
+fn rows_that_do_not_fit_are_named() {
+    let cases = [
+        ("1 2 3\n4 5\n6 7 8\n", "line 2: expected 3 columns as in line 1, found 2 in `4 5`"),
+        ("1 2 3\n4 5 6 7 8 9\n6 7 8\n", "line 2: expected 3 columns as in line 1, found 6"),
+        (
+            "1,2,3\n1,2,3\n4,x,6\n1,2,3\n1,2,3\n1,2,3\n1,2,3\n1,2,3\n1,2,3\n1,2,3\n",
+            "line 3: expected a number in column 2, found `4,x,6`",
+        ),
+        ("1,5;2;3\n1,5;2;3\n1,5;2.5;3\n", "line 3: expected a number with a decimal comma in column 2"),
+        ("1 2 3 4\n1 x 3 4\n", "line 2: expected a number in column 2, found `1 x 3 4`"),
+        ("1 y 3 4\n1 x 3 4\n1 2 3 4\n", "line 1: column 2 has numbers in some lines and text in others"),
+        ("1 2 3 4\n1 2 3\n1 2 3\n", "line 1: expected 3 columns as in line 2 and others, found 4"),
+        ("x y z\n1 2 3 # first\n4 5 6\n", "line 2: expected 3 columns as in line 3 and others, found 5"),
+        ("X,Y,X\n0, 0, 0\n", "line 1: two columns are called `x`: expected x, y and z, found `X,Y,X`"),
+        ("time,speed,level\n0, 0, 0\n", "line 1: expected columns called x, y and z, found `time,speed,level`"),
+        ("x,y,z\n1,5,2,5,3,5\n", "line 1: the line names 3 columns, line 2 has 6: are commas decimal marks?"),
+        ("x y z\n1 2 3 4\n", "line 1: the line names 3 columns, line 2 has 4"),
+        ("3,\n1,2,3\n4,5,6\n", "line 1: `3,` is no point"),
+        ("3\nx y z\n1 2 3\n4 5 6\n", "line 1: the line announces 3 points, 2 follow"),
+        ("a,b\n1,2\n3,4\n", "line 1: expected points, at least three numbers in a line, found `a,b`"),
+        ("x y z\n", "line 1: expected points"),
+    ];
+    for (text, expected) in cases {
+        if expected.contains("is no point") {
+            assert!(table(text).warnings[0].contains(expected));
+            continue;
+        }
+        let error = error(text);
+        assert!(error.contains(expected), "{text}: {error}");
+    }
+    let late = format!("x y z r g b\n{}1 2 3 4 5 300\n", "1 2 3 4 5 6\n".repeat(30_000));
+    assert!(error(&late).contains("line 30002: expected a colour of numbers from 0 to 255"));
+    assert!(matches!(collect(read, b"1 2 3\n", Some(1)), Err(ScanFault::NoSuchScan { count: 1 })));
+}
+
+#[test]
+fn other_texts_are_no_tables() {
+    let licence = "Permission is hereby granted, free of charge, to any person\nobtaining a copy\n\n1 2 3 go\n";
+    let texts = [
+        licence,
+        "# A project\n\nIt has\n\n- 1 thing\n- 2 things\n",
+        "model Cup { radius: length = 40mm; }\nlet a = [1, 2, 3]\n",
+        "1 2\n3 4\n",
+        "2020-01-01,5,6\n2020-01-02,7,8\n",
+        "",
+        "\n\n",
+        "a b c\nd e f\n1 2 3\ng h i\n",
+        "1.5 2, 3\n4.5 5, 6\n",
+    ];
+    for text in texts {
+        assert!(!recognise(text.as_bytes()), "{text}");
+    }
+    assert!(recognise(b"X,Y,X\n0, 0, 0\n"));
+}
+
+#[test]
+fn faulty_files_do_no_harm() {
+    let seeds: [&[u8]; 5] = [
+        b"x,y,z,nx,ny,nz,r,g,b,i\n1,2,3,0,0,1,255,0,7,0.5\n4,5,6,0,1,0,1,2,3,0.25\n",
+        b"# x y z\n1.5 2.5 3\n4 5 6\n7 8 9\n",
+        b"1,5;2,5;3,5\n4,5;5,5;6,5\n",
+        b"\xff\xfe1\0 \x002\0 \x003\0\n\x004\0 \x005\0 \x006\0",
+        b"2\n\"X [mm]\"\t\"Y [mm]\"\t\"Z [mm]\"\n1\t2\t3\n4\t5\t6\n",
+    ];
+    mutate(read, &seeds, 5_000);
+}
