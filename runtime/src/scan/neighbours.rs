@@ -2,6 +2,7 @@
 
 use crate::mesh::Bounds;
 use glam::DVec3;
+use rayon::prelude::*;
 
 /// The largest number of points in a leaf.
 const LEAF: usize = 8;
@@ -26,8 +27,7 @@ impl<'a> Neighbours<'a> {
     /// Sorts finite points, fewer than 2^32.
     pub(crate) fn new(points: &'a [[f64; 3]]) -> Self {
         let mut order: Vec<u32> = (0..points.len() as u32).collect();
-        let mut planes = Vec::new();
-        split(points, &mut order, 0, &mut planes);
+        let planes = sort(points, &mut order);
         Self { points, order, planes }
     }
 
@@ -57,22 +57,28 @@ impl<'a> Neighbours<'a> {
     }
 }
 
-fn split(points: &[[f64; 3]], run: &mut [u32], node: usize, planes: &mut Vec<Plane>) {
+/// Sorts a run of points into its halves, these into theirs, and so on; returns the planes between them, level by level.
+fn sort(points: &[[f64; 3]], run: &mut [u32]) -> Vec<Plane> {
+    let (mut runs, mut planes) = (vec![run], Vec::new());
+    while runs.iter().any(|run| run.len() > LEAF) {
+        planes.extend(runs.par_iter_mut().map(|run| halve(points, run)).collect::<Vec<_>>());
+        let halves = runs.into_iter().flat_map(|run| <[_; 2]>::from(run.split_at_mut(run.len() / 2)));
+        runs = halves.collect();
+    }
+    planes
+}
+
+/// Sorts a run into its halves; returns the plane between them.
+fn halve(points: &[[f64; 3]], run: &mut [u32]) -> Plane {
     if run.len() <= LEAF {
-        return;
+        return Plane::default();
     }
     let bounds: Bounds = run.iter().map(|&i| DVec3::from_array(points[i as usize])).collect();
     let axis = bounds.longest_axis();
     let middle = run.len() / 2;
     let key = |&i: &u32| points[i as usize][axis];
     run.select_nth_unstable_by(middle, |a, b| key(a).total_cmp(&key(b)).then(a.cmp(b)));
-    if planes.len() <= node {
-        planes.resize(node + 1, Plane::default());
-    }
-    planes[node] = Plane { axis, at: key(&run[middle]) };
-    let (left, right) = run.split_at_mut(middle);
-    split(points, left, 2 * node + 1, planes);
-    split(points, right, 2 * node + 2, planes);
+    Plane { axis, at: key(&run[middle]) }
 }
 
 fn squared_distance(a: [f64; 3], b: [f64; 3]) -> f64 {
