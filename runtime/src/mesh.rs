@@ -67,18 +67,30 @@ impl TriangleMesh {
     /// surface is cut into triangles. A vertex that no triangle with an area uses gets +z.
     #[must_use]
     pub fn vertex_normals(&self) -> Vec<[f64; 3]> {
+        /// Triangles whose shares are computed at the same time, and are then added one after the other.
+        const RUN: usize = 1 << 18;
         let mut sums = vec![DVec3::ZERO; self.positions.len()];
         let mut first = vec![DVec3::Z; self.positions.len()];
-        for &triangle in &self.triangles {
-            let Some(normal) = self.triangle_normal(triangle) else { continue };
-            let corners = self.corners(triangle);
-            for c in 0..3 {
-                let vertex = triangle[c] as usize;
+        let share = |triangle: &[u32; 3]| {
+            let normal = self.triangle_normal(*triangle)?;
+            let corners = self.corners(*triangle);
+            let angle = |c: usize| {
                 let (to_next, to_last) = (corners[(c + 1) % 3] - corners[c], corners[(c + 2) % 3] - corners[c]);
-                if sums[vertex] == DVec3::ZERO {
-                    first[vertex] = normal;
+                to_next.angle_between(to_last)
+            };
+            Some((normal, [0, 1, 2].map(angle)))
+        };
+        for run in self.triangles.chunks(RUN) {
+            let shares: Vec<Option<(DVec3, [f64; 3])>> = run.par_iter().with_min_len(1 << 12).map(share).collect();
+            for (triangle, share) in run.iter().zip(shares) {
+                let Some((normal, angles)) = share else { continue };
+                for (vertex, angle) in triangle.iter().zip(angles) {
+                    let vertex = *vertex as usize;
+                    if sums[vertex] == DVec3::ZERO {
+                        first[vertex] = normal;
+                    }
+                    sums[vertex] += angle * normal;
                 }
-                sums[vertex] += to_next.angle_between(to_last) * normal;
             }
         }
         // Where two triangles lie back to back the sum vanishes and the first one's normal stands.

@@ -8,6 +8,7 @@ pub mod escape;
 pub mod exchange;
 pub mod folder;
 mod glyphs;
+mod gltf;
 pub mod image;
 pub mod json;
 mod lock;

@@ -1,13 +1,13 @@
 //! Cleaning: it establishes the properties of a [`Scan`](super::Scan) that later stages rely on.
 
 use super::attributes::Attributes;
+use super::equal::{first_equal, merge_equal};
 use super::error::ScanFault;
 use super::normals;
-use super::raw::{RawMesh, merge_equal};
+use super::raw::RawMesh;
 use crate::mesh::{TriangleMesh, renumber_used, retain_marked};
-use foldhash::fast::RandomState;
 use glam::DVec3;
-use std::collections::HashSet;
+use rayon::prelude::*;
 
 /// Clean geometry.
 pub(super) struct Cleaned {
@@ -55,25 +55,27 @@ const CONTRADICTORY: f64 = 0.9;
 /// Triangles that contradict the file's normals are turned: the order of a triangle's vertices is an accident more
 /// often than a normal.
 pub(super) fn clean(raw: &RawMesh) -> Result<Cleaned, ScanFault> {
-    let (positions, index) = merge_equal(raw.positions.iter().copied());
+    let (positions, index) = if raw.distinct {
+        (raw.positions.clone(), (0..raw.positions.len() as u32).collect())
+    } else {
+        merge_equal(raw.positions.len(), |i| raw.positions[i])
+    };
     let mut normals = merged_normals(raw, &index, positions.len());
     let mut mesh = TriangleMesh { positions, ..TriangleMesh::default() };
     let mut attributes = raw.attributes.merged(&index, mesh.positions.len());
     let equal_points = raw.positions.len() - mesh.positions.len();
     let mut dropped = Dropped { all: raw.triangles.len(), equal_points, ..Dropped::default() };
-    let mut seen: HashSet<[u32; 3], RandomState> = HashSet::default();
-    for triangle in &raw.triangles {
-        let triangle = triangle.map(|i| index[i as usize]);
-        let mut key = triangle;
-        key.sort_unstable();
-        if key[0] == key[1] || key[1] == key[2] || is_sliver(&mesh, triangle) {
-            dropped.without_area += 1;
-        } else if seen.insert(key) {
-            mesh.triangles.push(triangle);
-        } else {
-            dropped.repeated += 1;
-        }
-    }
+    let merged = raw.triangles.par_iter().map(|t| t.map(|i| index[i as usize]));
+    let with_area: Vec<[u32; 3]> = merged.filter(|t| !is_sliver(&mesh, *t)).collect();
+    dropped.without_area = raw.triangles.len() - with_area.len();
+    let sorted = |i: usize| {
+        let mut corners = with_area[i];
+        corners.sort_unstable();
+        corners
+    };
+    let firsts = first_equal(with_area.len(), sorted).into_iter().zip(0..);
+    mesh.triangles = firsts.zip(&with_area).filter(|((first, i), _)| first == i).map(|(_, t)| *t).collect();
+    dropped.repeated = with_area.len() - mesh.triangles.len();
     if mesh.triangles.is_empty() && !raw.triangles.is_empty() {
         return Err(ScanFault::OnlyDegenerate { triangles: raw.triangles.len() });
     }
@@ -99,6 +101,9 @@ pub(super) fn clean(raw: &RawMesh) -> Result<Cleaned, ScanFault> {
 
 /// Whether nearly all triangles face away from the normals that the file gives their vertices.
 fn is_contradictory(mesh: &TriangleMesh, normals: &[Option<DVec3>]) -> bool {
+    if normals.is_empty() {
+        return false;
+    }
     let agreement = |t: &[u32; 3]| {
         let given: DVec3 = t.iter().filter_map(|v| *normals.get(*v as usize)?).sum();
         mesh.triangle_normal(*t).map_or(0.0, |normal| normal.dot(given))
@@ -111,7 +116,7 @@ fn is_contradictory(mesh: &TriangleMesh, normals: &[Option<DVec3>]) -> bool {
     against > CONTRADICTORY * (with + against)
 }
 
-/// Without area, up to rounding: the height is below 1e-12 of the longest side.
+/// Without area, up to rounding: a vertex is there twice, or the height is below 1e-12 of the longest side.
 fn is_sliver(mesh: &TriangleMesh, triangle: [u32; 3]) -> bool {
     let [a, b, c] = mesh.corners(triangle);
     let longest = (b - a).length_squared().max((c - b).length_squared()).max((a - c).length_squared());

@@ -10,13 +10,13 @@ use std::path::{Path, PathBuf};
 
 /// The largest file that is read into memory, in bytes: vertices and triangles of such a file can be numbered with 32
 /// bits.
-const MOST_BYTES: u64 = 4 << 30;
+pub(super) const MOST_BYTES: u64 = 4 << 30;
 /// The number of bytes at a file's beginning that tell its format: comments may come first.
 const HEAD: u64 = 1 << 20;
 /// A compressed file is unpacked to so many times its size, or to `MODEST` bytes if that is more. Scans as text shrink
 /// to a third or a tenth.
-const MOST_UNPACKED: u64 = 100;
-const MODEST: u64 = 256 << 20;
+pub(super) const MOST_UNPACKED: u64 = 100;
+pub(super) const MODEST: u64 = 256 << 20;
 
 /// A file that can be read, and its beginning.
 pub(super) struct Opened {

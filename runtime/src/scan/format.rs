@@ -1,7 +1,7 @@
 //! The format of a file: by its content first, by its extension second.
 
 use super::error::ScanFault;
-use super::formats::{gltf, pcd, pts, ptx, table};
+use super::formats::{gltf, off, pcd, pts, ptx, table};
 use std::path::Path;
 
 /// The formats that are read.
@@ -162,7 +162,6 @@ pub(super) fn recognise(path: &Path, head: &[u8], size: u64) -> Result<Format, S
 fn by_content(head: &[u8], size: u64) -> Option<Format> {
     let start = beginning(head);
     let is = |magic: &[u8]| begins_with(start, magic);
-    let word = |magic: &[u8]| is(magic) && start.get(magic.len()).is_none_or(u8::is_ascii_whitespace);
     if head.starts_with(b"ply") && head.get(3).is_none_or(u8::is_ascii_whitespace) {
         return Some(Format::Ply);
     }
@@ -174,7 +173,7 @@ fn by_content(head: &[u8], size: u64) -> Option<Format> {
         (is(b"astm-e57"), Format::E57),
         (head.starts_with(b"LASF"), Format::Las),
         (pcd::recognise(head), Format::Pcd),
-        (["off", "coff", "noff", "cnoff", "stoff", "4off", "noff4"].iter().any(|w| word(w.as_bytes())), Format::Off),
+        (off::recognise(head), Format::Off),
         (gltf::recognise(head), Format::Gltf),
         (head.starts_with(b"PK\x03\x04"), Format::ThreeMf),
     ];

@@ -6,9 +6,11 @@
 mod attributes;
 mod clean;
 pub(crate) mod cloud;
+mod colour;
 mod connected;
 mod crop;
 mod empty_space;
+mod equal;
 mod error;
 mod file;
 mod format;

@@ -23,6 +23,8 @@ pub(super) fn is_usable(coordinate: f64) -> bool {
 #[derive(Clone, Debug, Default)]
 pub(super) struct RawMesh {
     pub(super) positions: Vec<[f64; 3]>,
+    /// No two positions are equal, and none become so when they are scaled: they are numbers of single precision.
+    pub(super) distinct: bool,
     /// None, or as many as positions.
     pub(super) normals: Vec<[f64; 3]>,
     /// None, or as many as positions.
@@ -195,20 +197,4 @@ fn at_corner<const N: usize>(
     vertex: u32,
 ) -> Option<[f64; N]> {
     corners.get(triangle).map(|c| c[corner]).or_else(|| vertices.get(vertex as usize).copied())
-}
-
-/// Makes exactly equal positions one: the different ones in the order of their first occurrence, and for every position
-/// its place among them. (Nearly equal ones stay: which of them are one is not ours to guess.)
-pub(super) fn merge_equal(positions: impl IntoIterator<Item = [f64; 3]>) -> (Vec<[f64; 3]>, Vec<u32>) {
-    let mut seen: HashMap<[u64; 3], u32, RandomState> = HashMap::default();
-    let mut different = Vec::new();
-    let place = |position: [f64; 3]| {
-        // Adding 0 turns -0 into 0, so that both are one position.
-        *seen.entry(position.map(|c| (c + 0.0).to_bits())).or_insert_with(|| {
-            different.push(position);
-            different.len() as u32 - 1
-        })
-    };
-    let places = positions.into_iter().map(place).collect();
-    (different, places)
 }

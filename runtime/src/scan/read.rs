@@ -160,13 +160,14 @@ fn cloud_reader(format: Format) -> Option<ReadCloud> {
 
 /// Reads a file of a format that has meshes.
 fn read_whole(format: Format, opened: Opened) -> Result<RawMesh, ScanFault> {
+    let folder = opened.name.parent().map(Path::to_owned).unwrap_or_default();
     let bytes = opened.bytes()?;
     match format {
         Format::Obj => obj::read(&bytes),
         Format::Ply => ply::read(&bytes),
         Format::Stl => stl::read(&bytes),
         Format::Off => off::read(&bytes),
-        Format::Gltf => gltf::read(&bytes),
+        Format::Gltf => gltf::read(&bytes, &folder),
         _ => threemf::read(&bytes),
     }
 }

@@ -1,10 +1,29 @@
-//! OFF.
+//! OFF as text, in numbers that read back as the same: positions, normals and colours from 0 to 255, as far as there
+//! are any.
 
 use super::{Out, Recorded};
-use std::io;
+use std::io::{self, Write};
 
-/// Writes a scan in this format.
+/// Writes points and triangles.
 pub(super) fn write(out: &mut dyn Out, scan: &Recorded<'_>) -> io::Result<()> {
-    let _ = (out, scan);
-    Err(io::Error::other("not written yet"))
+    let (mesh, colours) = (scan.mesh, &scan.attributes.colours);
+    let prefix = |has: bool, prefix: &'static str| if has { prefix } else { "" };
+    writeln!(out, "{}{}OFF", prefix(!colours.is_empty(), "C"), prefix(!mesh.normals.is_empty(), "N"))?;
+    writeln!(out, "# gmlc, unit: {}", scan.unit)?;
+    writeln!(out, "{} {} 0", mesh.positions.len(), mesh.triangles.len())?;
+    for (i, position) in mesh.positions.iter().enumerate() {
+        let [x, y, z] = position.map(|c| c / scan.unit.millimetres());
+        write!(out, "{x} {y} {z}")?;
+        if let Some([x, y, z]) = mesh.normals.get(i) {
+            write!(out, " {x} {y} {z}")?;
+        }
+        if let Some([r, g, b]) = colours.get(i) {
+            write!(out, " {r} {g} {b} 255")?;
+        }
+        writeln!(out)?;
+    }
+    for [a, b, c] in &mesh.triangles {
+        writeln!(out, "3 {a} {b} {c}")?;
+    }
+    Ok(())
 }

@@ -2,9 +2,10 @@
 //! normals are not used: they follow from the vertices, and many files have them wrong.
 
 use crate::mesh::Group;
+use crate::scan::equal::merge_equal;
 use crate::scan::error::{ScanFault, shown};
 use crate::scan::format::{binary_stl_size, is_ascii_stl};
-use crate::scan::raw::{RawMesh, is_usable, merge_equal};
+use crate::scan::raw::{RawMesh, is_usable};
 
 const FORMAT: &str = "STL";
 /// Bytes of a triangle in a binary file: a normal, three vertices, and two of attributes.
@@ -15,11 +16,13 @@ pub(in crate::scan) fn read(bytes: &[u8]) -> Result<RawMesh, ScanFault> {
     let size = binary_stl_size(bytes);
     let whole = size == Some(bytes.len() as u64);
     let mut warnings = Vec::new();
-    let ((positions, indices), groups) = if !whole && is_ascii_stl(bytes) {
+    let is_text = !whole && is_ascii_stl(bytes);
+    let ((positions, indices), groups) = if is_text {
         let (corners, groups) = read_ascii(&String::from_utf8_lossy(bytes))?;
-        (merge_equal(corners), groups)
+        (merge_equal(corners.len(), |i| corners[i]), groups)
     } else {
-        let read = merge_equal(read_binary(bytes)?);
+        let facets = read_binary(bytes)?;
+        let read = merge_equal(facets.len() / FACET * 3, |corner| position(facets, corner));
         let rest = size.map_or(0, |size| (bytes.len() as u64).saturating_sub(size));
         if rest > 0 {
             warnings.push(format!("{rest} bytes behind the last triangle of the header are left out"));
@@ -27,11 +30,18 @@ pub(in crate::scan) fn read(bytes: &[u8]) -> Result<RawMesh, ScanFault> {
         (read, Vec::new())
     };
     let triangles = indices.as_chunks().0.to_vec();
-    Ok(RawMesh { positions, triangles, groups, warnings, ..RawMesh::default() })
+    Ok(RawMesh { positions, distinct: !is_text, triangles, groups, warnings, ..RawMesh::default() })
 }
 
-/// The corners of all triangles, three a triangle.
-fn read_binary(bytes: &[u8]) -> Result<impl Iterator<Item = [f64; 3]>, ScanFault> {
+/// A corner's position; there are three a triangle.
+fn position(facets: &[u8], corner: usize) -> [f64; 3] {
+    let at = corner / 3 * FACET + 12 * (corner % 3 + 1);
+    let numbers = facets[at..at + 12].as_chunks().0;
+    [0, 1, 2].map(|k| f64::from(f32::from_le_bytes(numbers[k])))
+}
+
+/// The bytes of all triangles.
+fn read_binary(bytes: &[u8]) -> Result<&[u8], ScanFault> {
     let Some(size) = binary_stl_size(bytes) else {
         let message = format!("a header of 84 bytes was expected, the file ends after {}", bytes.len());
         return Err(ScanFault::malformed(FORMAT, "header", message));
@@ -52,9 +62,7 @@ fn read_binary(bytes: &[u8]) -> Result<impl Iterator<Item = [f64; 3]>, ScanFault
         );
         return Err(ScanFault::malformed(FORMAT, "header", message));
     }
-    let facets = read[84..].chunks_exact(FACET).map(|facet| facet[12..48].as_chunks::<12>().0);
-    let coordinate = |bytes: &[u8; 4]| f64::from(f32::from_le_bytes(*bytes));
-    Ok(facets.flatten().map(move |vertex| [0, 1, 2].map(|k| coordinate(&vertex.as_chunks().0[k]))))
+    Ok(&read[84..])
 }
 
 /// Whether bytes behind the last triangle of a header are another one: some programs pad the file, or add a text of

@@ -7,6 +7,7 @@
 mod lost;
 
 use crate::mesh::Group;
+use crate::scan::colour;
 use crate::scan::error::{ScanFault, shown};
 use crate::scan::raw::{Polygon, RawMesh, is_usable};
 use lost::{Signs, require_whole_end};
@@ -42,6 +43,8 @@ struct Prepared {
     /// A face has a corner without texture coordinate; without normal.
     bare_texcoord: bool,
     bare_normal: bool,
+    /// The numbers behind the coordinates of the first vertices, three each.
+    colours: Vec<[f32; 3]>,
     signs: Signs,
 }
 
@@ -76,7 +79,11 @@ impl Prepared {
         match keyword {
             "v" => {
                 let count = words.clone().count();
-                // A fourth number is the weight; more are a colour.
+                // A fourth number is the weight; three are a colour, and a seventh its opacity.
+                if matches!(count, 6 | 7) && self.colours.len() == self.vertices {
+                    let colour: Option<Vec<f32>> = words.clone().skip(3).take(3).map(|c| c.parse().ok()).collect();
+                    self.colours.extend(colour.and_then(|colour| <[f32; 3]>::try_from(colour).ok()));
+                }
                 self.push(keyword, words.take(if count == 4 { 4 } else { 3 }), number);
                 self.vertices += 1;
             }
@@ -151,11 +158,16 @@ impl Prepared {
         if let Some(fault) = suspicious.then(|| self.non_finite()).flatten() {
             return Err(fault);
         }
-        let warnings = self.signs.warnings(self.vertices, Some(positions.len()), false);
+        let mut warnings = self.signs.warnings(self.vertices, Some(positions.len()), false);
+        let mut colours = self.colours(&mut warnings);
+        if !colours.is_empty() {
+            colours = self.in_order_of_use(&colours);
+        }
         let corners = |indices: &[u32]| indices.as_chunks::<3>().0.to_vec();
         let (groups, polygons) = (self.groups, self.polygons);
         let triangles = corners(&mesh.indices);
         let mut raw = RawMesh { positions, triangles, groups, polygons, warnings, ..RawMesh::default() };
+        raw.attributes.colours = colours;
         if !self.bare_normal && self.normals > 0 {
             let values = mesh.normals.as_chunks::<3>().0;
             raw.corner_normals = corners(&mesh.normal_indices).iter().map(|t| t.map(|i| values[i as usize])).collect();
@@ -168,10 +180,41 @@ impl Prepared {
         Ok(raw)
     }
 
+    /// The colours of all vertices, or none.
+    fn colours(&self, warnings: &mut Vec<String>) -> Vec<[u8; 3]> {
+        if self.colours.len() == self.vertices {
+            return colour::of_numbers(&self.colours);
+        }
+        if !self.colours.is_empty() {
+            warnings.push("some vertices have a colour behind their coordinates and others none: it is left out".into());
+        }
+        Vec::new()
+    }
+
+    /// Values of vertices in the order in which faces name these first: that in which `tobj` has them.
+    fn in_order_of_use<T: Copy>(&self, values: &[T]) -> Vec<T> {
+        let (mut seen, mut ordered, mut so_far) = (vec![false; values.len()], Vec::new(), 0_i64);
+        for text in self.text.lines() {
+            let (keyword, rest) = text.split_once(' ').unwrap_or((text, ""));
+            so_far += i64::from(keyword == "v");
+            for corner in rest.split_whitespace().take(if keyword == "f" { usize::MAX } else { 0 }) {
+                let index = corner.split('/').next().and_then(|index| index.parse::<i64>().ok()).unwrap_or(0);
+                let vertex = if index < 0 { so_far + index } else { index - 1 } as usize;
+                if seen.get(vertex) == Some(&false) {
+                    seen[vertex] = true;
+                    ordered.push(values[vertex]);
+                }
+            }
+        }
+        ordered
+    }
+
     /// A file without faces, of which `tobj` keeps nothing.
     fn cloud(self, ends_within_line: bool) -> Result<RawMesh, ScanFault> {
-        let warnings = self.signs.warnings(self.vertices, None, ends_within_line);
+        let mut warnings = self.signs.warnings(self.vertices, None, ends_within_line);
+        let colours = self.colours(&mut warnings);
         let mut raw = RawMesh { warnings, ..RawMesh::default() };
+        raw.attributes.colours = colours;
         for (i, (keyword, numbers)) in self.number_lines().enumerate() {
             let fault = || {
                 let expected = match keyword {

@@ -6,7 +6,7 @@ use foldhash::fast::RandomState;
 use std::collections::HashMap;
 
 /// How the numbers of the body are written.
-#[derive(Clone, Copy, PartialEq)]
+#[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Encoding {
     Ascii,
     LittleEndian,
@@ -14,7 +14,7 @@ pub(super) enum Encoding {
 }
 
 /// The type of a number.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Scalar {
     I8,
     U8,
@@ -47,6 +47,28 @@ impl Scalar {
             Self::I16 | Self::U16 => 2,
             Self::I32 | Self::U32 | Self::F32 => 4,
             Self::F64 => 8,
+        }
+    }
+
+    /// The number that bytes of its size begin with.
+    pub(super) fn number(self, bytes: &[u8], big_endian: bool) -> f64 {
+        fn first<const N: usize>(bytes: &[u8], big_endian: bool) -> [u8; N] {
+            let mut number = [0; N];
+            number.copy_from_slice(&bytes[..N]);
+            if big_endian {
+                number.reverse();
+            }
+            number
+        }
+        match self {
+            Self::I8 => i8::from_le_bytes(first(bytes, big_endian)).into(),
+            Self::U8 => bytes[0].into(),
+            Self::I16 => i16::from_le_bytes(first(bytes, big_endian)).into(),
+            Self::U16 => u16::from_le_bytes(first(bytes, big_endian)).into(),
+            Self::I32 => i32::from_le_bytes(first(bytes, big_endian)).into(),
+            Self::U32 => u32::from_le_bytes(first(bytes, big_endian)).into(),
+            Self::F32 => f32::from_le_bytes(first(bytes, big_endian)).into(),
+            Self::F64 => f64::from_le_bytes(first(bytes, big_endian)),
         }
     }
 }

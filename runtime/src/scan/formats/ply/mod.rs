@@ -1,16 +1,20 @@
 //! PLY: ASCII and binary of both byte orders.
 
+mod grid;
 mod header;
+mod vertices;
 
 use crate::scan::error::{ScanFault, shown};
 use crate::scan::polygon::fan;
 use crate::scan::raw::{Odd, Polygon, RawMesh};
+use grid::Grid;
 use header::{Element, Encoding, INDICES, Property, Scalar, parse_header, split_header};
 
 const FORMAT: &str = "PLY";
 
-/// Reads a PLY file: elements `vertex` (x y z; nx ny nz; s t), `face` (`vertex_indices` or `vertex_index`; `texcoord`)
-/// and `tristrips`; others are skipped. Polygons are fans so far; without faces it is a cloud of points.
+/// Reads a PLY file: elements `vertex` (x y z; nx ny nz; s t; a colour; an intensity), `face` (`vertex_indices` or
+/// `vertex_index`; `texcoord`), `tristrips` and `range_grid`; others are skipped. Polygons are fans so far; without
+/// faces it is a cloud of points.
 pub(in crate::scan) fn read(bytes: &[u8]) -> Result<RawMesh, ScanFault> {
     let (header, body) = split_header(bytes)?;
     let (encoding, elements) = parse_header(&header)?;
@@ -27,23 +31,31 @@ pub(in crate::scan) fn read(bytes: &[u8]) -> Result<RawMesh, ScanFault> {
         vertices,
         textured: true,
         short: None,
+        grid: None,
         raw: RawMesh::default(),
     };
     for element in &elements {
         match element.name {
             "vertex" => reader.read_vertices(element)?,
-            "face" => reader.read_rows(element, Reader::add_face)?,
+            "face" => {
+                let read = reader.read_plain_faces(element);
+                reader.read_rows(element, read + 1, Reader::add_face)?;
+            }
             "tristrips" => {
                 reader.textured = false;
-                reader.read_rows(element, Reader::add_strip)?;
+                reader.read_rows(element, 1, Reader::add_strip)?;
             }
-            _ => reader.read_rows(element, |_, _, _, _| Ok(()))?,
+            "range_grid" => reader.read_grid(element, &header)?,
+            _ => reader.read_rows(element, 1, |_, _, _, _| Ok(()))?,
         }
     }
     if let Some(last) = elements.last() {
         reader.require_end(last)?;
     }
-    let Reader { mut raw, textured, short, .. } = reader;
+    let Reader { mut raw, textured, short, grid, .. } = reader;
+    if let Some(grid) = grid {
+        grid.triangulate(&mut raw);
+    }
     if let Some(odd) = short {
         let (place, others) = (&odd.first, odd.others());
         raw.warnings.push(format!("{place}: fewer than three corners, it is left out{others}"));
@@ -52,13 +64,6 @@ pub(in crate::scan) fn read(bytes: &[u8]) -> Result<RawMesh, ScanFault> {
         raw.corner_texcoords.clear();
     }
     Ok(raw)
-}
-
-/// The place of a vertex's property in (x, y, z, nx, ny, nz, s, t).
-fn slot(property: &Property) -> Option<usize> {
-    const NAMES: [&[&str]; 8] =
-        [&["x"], &["y"], &["z"], &["nx"], &["ny"], &["nz"], &["s", "u", "texture_u"], &["t", "v", "texture_v"]];
-    NAMES.iter().position(|names| property.count.is_none() && names.contains(&property.name))
 }
 
 /// A row's numbers, property by property.
@@ -83,41 +88,20 @@ struct Reader<'a> {
     textured: bool,
     /// Faces and strips without a triangle, by their kinds and rows.
     short: Option<Odd<String>>,
+    grid: Option<Grid>,
     raw: RawMesh,
 }
 
 impl Reader<'_> {
-    fn read_vertices(&mut self, element: &Element) -> Result<(), ScanFault> {
-        let slots: Vec<Option<usize>> = element.properties.iter().map(slot).collect();
-        let has = |k: usize| slots.contains(&Some(k));
-        let (has_normals, has_texcoords) = ((3..6).any(has), has(6) || has(7));
-        self.read_rows(element, |reader, _, _, row| {
-            let mut values = [f64::NAN, f64::NAN, f64::NAN, f64::NAN, f64::NAN, f64::NAN, 0.0, 0.0];
-            for (slot, numbers) in slots.iter().zip(row) {
-                if let (Some(slot), [number]) = (slot, &numbers[..]) {
-                    values[*slot] = *number;
-                }
-            }
-            let [x, y, z, nx, ny, nz, s, t] = values;
-            reader.raw.positions.push([x, y, z]);
-            if has_normals {
-                reader.raw.normals.push([nx, ny, nz]);
-            }
-            if has_texcoords {
-                reader.raw.texcoords.push([s, t]);
-            }
-            Ok(())
-        })
-    }
-
-    /// Reads the rows of an element and gives them, counted from 1, to `add`.
+    /// Reads the rows of an element from number `from` on and gives them, counted from 1, to `add`.
     fn read_rows(
         &mut self,
         element: &Element,
-        add: impl Fn(&mut Self, &Element, usize, &Row) -> Result<(), ScanFault>,
+        from: usize,
+        mut add: impl FnMut(&mut Self, &Element, usize, &Row) -> Result<(), ScanFault>,
     ) -> Result<(), ScanFault> {
         let mut row = vec![Vec::new(); element.properties.len()];
-        for number in 1..=element.count {
+        for number in from..=element.count {
             if self.encoding == Encoding::Ascii {
                 self.skip_blank();
             }
@@ -227,16 +211,9 @@ impl Reader<'_> {
             }
             return Ok(number);
         }
-        Ok(match scalar {
-            Scalar::I8 => i8::from_le_bytes(self.read_bytes()?).into(),
-            Scalar::U8 => u8::from_le_bytes(self.read_bytes()?).into(),
-            Scalar::I16 => i16::from_le_bytes(self.read_bytes()?).into(),
-            Scalar::U16 => u16::from_le_bytes(self.read_bytes()?).into(),
-            Scalar::I32 => i32::from_le_bytes(self.read_bytes()?).into(),
-            Scalar::U32 => u32::from_le_bytes(self.read_bytes()?).into(),
-            Scalar::F32 => f32::from_le_bytes(self.read_bytes()?).into(),
-            Scalar::F64 => f64::from_le_bytes(self.read_bytes()?),
-        })
+        let (bytes, rest) = self.rest.split_at_checked(scalar.bytes()).ok_or(CUT_OFF)?;
+        self.rest = rest;
+        Ok(scalar.number(bytes, self.encoding == Encoding::BigEndian))
     }
 
     /// The next word of an ASCII file.
@@ -248,27 +225,64 @@ impl Reader<'_> {
         if word.is_empty() { Err(CUT_OFF.to_owned()) } else { Ok(String::from_utf8_lossy(word)) }
     }
 
-    /// The next bytes of a binary file, the least significant first.
-    fn read_bytes<const N: usize>(&mut self) -> Result<[u8; N], String> {
-        let (bytes, rest) = self.rest.split_first_chunk().ok_or(CUT_OFF)?;
-        self.rest = rest;
-        let mut bytes = *bytes;
-        if self.encoding == Encoding::BigEndian {
-            bytes.reverse();
+    /// Reads faces of a binary file that have a list of corners, with a count of one byte, and numbers of their own; stops
+    /// before the first that is cut off or has a wrong index. Returns the number of those that were read.
+    fn read_plain_faces(&mut self, element: &Element) -> usize {
+        let mut sizes = [0, 0];
+        let mut indices = None;
+        for property in &element.properties {
+            match (property.count, property.scalar) {
+                (None, scalar) => sizes[usize::from(indices.is_some())] += scalar.bytes(),
+                (Some(Scalar::U8), Scalar::I32 | Scalar::U32) if indices.is_none() => indices = Some(property.name),
+                _ => return 0,
+            }
         }
-        Ok(bytes)
+        if self.encoding == Encoding::Ascii || !indices.is_some_and(|name| INDICES.contains(&name)) {
+            return 0;
+        }
+        let ([before, after], big_endian) = (sizes, self.encoding == Encoding::BigEndian);
+        let index = |bytes: &[u8; 4]| if big_endian { u32::from_be_bytes(*bytes) } else { u32::from_le_bytes(*bytes) };
+        let least = before + 1 + after;
+        self.raw.triangles.reserve(element.count.min(self.rest.len() / (least + 12)));
+        for read in 0..element.count {
+            let Some(count) = self.rest.get(before).map(|count| usize::from(*count)) else { return read };
+            let size = least + 4 * count;
+            if size > self.rest.len() {
+                return read;
+            }
+            let corners = self.rest[before + 1..before + 1 + 4 * count].as_chunks::<4>().0;
+            // Negative ones are larger than any number of vertices that fits into a file.
+            if corners.iter().any(|corner| index(corner) as usize >= self.vertices) {
+                return read;
+            }
+            if let [a, b, c] = corners {
+                self.raw.triangles.push([index(a), index(b), index(c)]);
+            } else {
+                let corners: Vec<u32> = corners.iter().map(index).collect();
+                self.note_corners(corners.len(), read + 1);
+                self.raw.triangles.extend(fan(corners.len()).map(|triangle| triangle.map(|c| corners[c])));
+            }
+            self.textured = false;
+            self.rest = &self.rest[size..];
+        }
+        element.count
+    }
+
+    /// Notes the face with a number if it is not a triangle.
+    fn note_corners(&mut self, corners: usize, number: usize) {
+        if corners < 3 {
+            Odd::add(&mut self.short, || format!("face {number} (counted from 1)"));
+        }
+        if let (Ok(corners @ 4..), Ok(place)) = (u32::try_from(corners), u32::try_from(number)) {
+            self.raw.polygons.push(Polygon { start: self.raw.triangles.len(), corners, place });
+        }
     }
 
     fn add_face(&mut self, element: &Element, number: usize, row: &Row) -> Result<(), ScanFault> {
         let texcoords = list(element, row, &["texcoord"]);
         let indices = self.checked(list(element, row, &INDICES), "face", number)?;
         self.textured &= !indices.is_empty() && texcoords.len() == 2 * indices.len();
-        if indices.len() < 3 {
-            Odd::add(&mut self.short, || format!("face {number} (counted from 1)"));
-        }
-        if let (Ok(corners @ 4..), Ok(place)) = (u32::try_from(indices.len()), u32::try_from(number)) {
-            self.raw.polygons.push(Polygon { start: self.raw.triangles.len(), corners, place });
-        }
+        self.note_corners(indices.len(), number);
         for corners in fan(indices.len()) {
             self.raw.triangles.push(corners.map(|c| indices[c]));
             if self.textured {
