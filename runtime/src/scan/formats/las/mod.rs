@@ -156,12 +156,15 @@ impl Reading<'_> {
     }
 
     fn fill(&mut self, bytes: &mut [u8]) -> Result<(), ScanFault> {
+        let length = usize::from(self.header.length);
         match &mut self.records {
             Records::Plain(source) => source.read_exact(bytes).map_err(ScanFault::Unreadable),
-            Records::Packed(unpacker) => unpacker.fill(bytes).map_err(|why| {
-                let place = format!("behind point {}", self.done);
-                ScanFault::malformed(FORMAT, place, damaged(&why))
-            }),
+            Records::Packed(unpacker) => {
+                bytes.chunks_exact_mut(length).zip(self.done..).try_for_each(|(point, done)| {
+                    let place = || format!("behind point {done}");
+                    unpacker.fill(point).map_err(|why| ScanFault::malformed(FORMAT, place(), damaged(&why)))
+                })
+            }
         }
     }
 
