@@ -1,6 +1,7 @@
 //! LAS (ASPRS, 1.0 to 1.4) and LAZ: points of airborne and mobile scanners, with intensities and colours.
 //!
-//! Points that are withheld, or of a class of noise, are left out. Coordinates are in the unit of the coordinate system.
+//! Points that are withheld, or of a class of noise, are left out. Coordinates are in the unit of the coordinate
+//! system.
 
 mod contained;
 mod crs;
