@@ -96,6 +96,8 @@ impl Set<'_> {
             };
             fields.push((8, Box::new(coordinate)));
         }
+        // All points are valid, which takes no bits; some programs want to be told.
+        fields.push((0, Box::new(|_, _| {})));
         if !mesh.normals.is_empty() {
             for c in 0..3 {
                 let normal = move |k: usize, out: &mut Vec<u8>| {
@@ -166,6 +168,7 @@ impl Set<'_> {
             }
         };
         add(&["cartesianX", "cartesianY", "cartesianZ"], "\"Float\"");
+        add(&["cartesianInvalidState"], "\"Integer\" minimum=\"0\" maximum=\"0\"");
         if !scan.mesh.normals.is_empty() {
             let kind = "\"Float\" precision=\"single\" minimum=\"-1\" maximum=\"1\"";
             add(&["nor:normalX", "nor:normalY", "nor:normalZ"], kind);

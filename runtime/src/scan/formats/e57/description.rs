@@ -2,12 +2,13 @@
 
 use super::FORMAT;
 use super::field::{Field, Kind, Name};
+use super::limits;
 use crate::scan::attributes::Station;
 use crate::scan::error::{ScanFault, shown};
 use roxmltree::{Document, Node, ParsingOptions};
 
 /// The most elements of an XML section. Scans have about 50 each.
-const MOST_NODES: u32 = 1 << 21;
+const MOST_NODES: u32 = 1 << 20;
 
 /// A scan as the XML section describes it.
 #[derive(Clone, Debug, Default)]
@@ -29,6 +30,7 @@ pub(super) struct Described {
 
 /// The scans of an XML section.
 pub(super) fn read(xml: &str) -> Result<Vec<Described>, ScanFault> {
+    limits::check(xml)?;
     let options = ParsingOptions { allow_dtd: false, nodes_limit: MOST_NODES, ..ParsingOptions::default() };
     let document = Document::parse_with_options(xml, options)
         .map_err(|error| ScanFault::malformed(FORMAT, "XML section", format!("{error}; export the file again")))?;

@@ -5,6 +5,7 @@
 
 mod description;
 mod field;
+mod limits;
 pub(crate) mod pages;
 mod vector;
 

@@ -25,12 +25,14 @@ pub(super) struct Pages {
     /// The first of them.
     first: u64,
     raw: Vec<u8>,
+    /// The page at which the source is.
+    next: u64,
 }
 
 impl Pages {
     /// Pages that a file of a size has; a last one that is cut off does not count.
     pub(super) fn new(source: Box<dyn Source>, size: u64) -> Self {
-        Self { source, count: size / PAGE as u64, block: Vec::new(), first: 0, raw: vec![0; PAGES * PAGE] }
+        Self { source, count: size / PAGE as u64, block: Vec::new(), first: 0, raw: vec![0; PAGES * PAGE], next: 0 }
     }
 
     /// Number of bytes of the contents.
@@ -65,8 +67,12 @@ impl Pages {
             return Err(ScanFault::malformed(FORMAT, at_byte(self.count * PAGE as u64), message));
         }
         let raw = &mut self.raw[..pages * PAGE];
-        self.source.seek(SeekFrom::Start(page * PAGE as u64)).map_err(ScanFault::Unreadable)?;
+        // Seeking empties the source's buffer.
+        if page != self.next {
+            self.source.seek(SeekFrom::Start(page * PAGE as u64)).map_err(ScanFault::Unreadable)?;
+        }
         self.source.read_exact(raw).map_err(ScanFault::Unreadable)?;
+        self.next = page + pages as u64;
         for page in raw.as_chunks::<PAGE>().0 {
             let (content, sum) = page.split_at(CONTENT);
             if checksum(content).to_be_bytes() != *sum {

@@ -226,8 +226,8 @@ impl Header {
         Ok(())
     }
 
-    /// Keeps the record at a byte, where the source is, if it is of use. The byte behind it, where the source is then, or
-    /// none if that is behind an end.
+    /// Keeps the record at a byte, where the source is, if it is of use. The byte behind it, where the source is then,
+    /// or none if that is behind an end.
     fn keep_record(&mut self, source: &mut dyn Source, at: u64, end: u64, head: u64) -> Result<Option<u64>, ScanFault> {
         let Some(start) = at.checked_add(head).filter(|start| *start <= end) else { return Ok(None) };
         let mut bytes = vec![0; head as usize];

@@ -1,6 +1,7 @@
 //! LAS (ASPRS, 1.0 to 1.4) and LAZ: points of airborne and mobile scanners, with intensities and colours.
 //!
-//! Points that are withheld, or of a class of noise, are left out. Coordinates are in the unit of the coordinate system.
+//! Points that are withheld, or of a class of noise, are left out. Coordinates are in the unit of the coordinate
+//! system.
 
 mod contained;
 mod crs;
@@ -156,12 +157,15 @@ impl Reading<'_> {
     }
 
     fn fill(&mut self, bytes: &mut [u8]) -> Result<(), ScanFault> {
+        let length = usize::from(self.header.length);
         match &mut self.records {
             Records::Plain(source) => source.read_exact(bytes).map_err(ScanFault::Unreadable),
-            Records::Packed(unpacker) => unpacker.fill(bytes).map_err(|why| {
-                let place = format!("behind point {}", self.done);
-                ScanFault::malformed(FORMAT, place, damaged(&why))
-            }),
+            Records::Packed(unpacker) => {
+                bytes.chunks_exact_mut(length).zip(self.done..).try_for_each(|(point, done)| {
+                    let place = || format!("behind point {done}");
+                    unpacker.fill(point).map_err(|why| ScanFault::malformed(FORMAT, place(), damaged(&why)))
+                })
+            }
         }
     }
 

@@ -7,7 +7,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 /// Mutations of each file.
-const MUTATIONS: usize = 700;
+const MUTATIONS: usize = 400;
 
 /// Changes some bytes. Half of the changes are where the file describes itself: `about`, a range.
 fn mutate(bytes: &mut Vec<u8>, about: std::ops::Range<usize>, random: &mut ChaCha8Rng) {
