@@ -57,6 +57,16 @@ pub fn read(path: &Path, options: &ReadOptions, progress: &dyn Progress) -> Resu
     scan().map_err(|fault: ScanFault| fault.at(path))
 }
 
+/// Reads a file and cleans nothing; returns its numbers of points and triangles, less those that the options leave out.
+///
+/// # Errors
+/// As `read`, but for what only cleaning finds.
+pub fn count(path: &Path, options: &ReadOptions, progress: &dyn Progress) -> Result<(usize, usize), ScanError> {
+    let contents = Opened::new(path).and_then(|opened| Contents::read(path, opened, options, progress));
+    let raw = contents.map_err(|fault| fault.at(path))?.raw;
+    Ok((raw.positions.len(), raw.triangles.len()))
+}
+
 /// What a file has, as it stands there but for the points and triangles that are not wanted.
 pub(super) struct Contents {
     pub(super) format: Format,

@@ -20,7 +20,9 @@ pub(super) fn write(out: &mut dyn Out, scan: &Recorded<'_>) -> io::Result<()> {
     let mut meshes: Vec<Value> = Vec::new();
     if mesh.groups.is_empty() {
         let all: Vec<u32> = (0..mesh.positions.len() as u32).collect();
-        meshes.push(json!({ "name": "scan", "primitives": [primitive(&mut buffer, scan, &all, &mesh.triangles, centre)] }));
+        meshes.push(
+            json!({ "name": "scan", "primitives": [primitive(&mut buffer, scan, &all, &mesh.triangles, centre)] }),
+        );
     }
     for group in &mesh.groups {
         let (vertices, triangles) = used(&mesh.triangles[group.start..group.end], mesh.positions.len());

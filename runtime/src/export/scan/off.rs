@@ -2,7 +2,7 @@
 //! are any.
 
 use super::{Out, Recorded};
-use std::io::{self, Write};
+use std::io;
 
 /// Writes points and triangles.
 pub(super) fn write(out: &mut dyn Out, scan: &Recorded<'_>) -> io::Result<()> {

@@ -28,11 +28,7 @@ impl<'a> Buffers<'a> {
     }
 
     /// The bytes of a view, with its description.
-    pub(super) fn view<'d>(
-        &mut self,
-        document: &'d Document,
-        index: usize,
-    ) -> Result<(&'d View, &[u8]), ScanFault> {
+    pub(super) fn view<'d>(&mut self, document: &'d Document, index: usize) -> Result<(&'d View, &[u8]), ScanFault> {
         let place = || format!("bufferViews[{index}]");
         let count = document.buffer_views.len();
         let view = document.buffer_views.get(index).ok_or_else(|| malformed(place(), of(count)))?;
@@ -149,7 +145,9 @@ mod tests {
         for (uri, path) in [("a.bin", "a.bin"), ("b/a%20b.bin", "b/a b.bin"), ("./a.bin", "./a.bin")] {
             assert_eq!(inside(uri), Some(path.into()), "{uri}");
         }
-        for uri in ["", "../a", "/a", "a/../b", "%2e%2e/a", "%2Fa", "file:a", "https://x/a", "a\\b", "%", "%zz", "a%00", "%ff"] {
+        for uri in
+            ["", "../a", "/a", "a/../b", "%2e%2e/a", "%2Fa", "file:a", "https://x/a", "a\\b", "%", "%zz", "a%00", "%ff"]
+        {
             assert_eq!(inside(uri), None, "{uri}");
         }
     }

@@ -26,8 +26,7 @@ const CHUNK: usize = 8;
 /// Reads the default scene of a file, whose other files lie in `folder`.
 pub(in crate::scan) fn read(bytes: &[u8], folder: &Path) -> Result<RawMesh, ScanFault> {
     let mut warnings = Vec::new();
-    let (json, binary) =
-        if bytes.starts_with(b"glTF") { chunks(bytes, &mut warnings)? } else { (bytes, None) };
+    let (json, binary) = if bytes.starts_with(b"glTF") { chunks(bytes, &mut warnings)? } else { (bytes, None) };
     let json = json.strip_prefix(b"\xef\xbb\xbf").unwrap_or(json);
     let document: Document = serde_json::from_slice(json).map_err(|error| {
         let place = format!("line {}, column {} of the JSON", error.line(), error.column());
@@ -80,7 +79,8 @@ fn chunks<'a>(bytes: &'a [u8], warnings: &mut Vec<String>) -> Result<(&'a [u8], 
         };
         let begin = at + CHUNK;
         let Some(chunk) = bytes[..length].get(begin..begin.saturating_add(size as usize)) else {
-            let message = format!("a chunk of {size} bytes begins here and the file ends; it is cut off: export it again");
+            let message =
+                format!("a chunk of {size} bytes begins here and the file ends; it is cut off: export it again");
             return Err(malformed(format!("byte {at}"), message));
         };
         match (kind, json) {

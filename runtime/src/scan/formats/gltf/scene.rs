@@ -66,7 +66,8 @@ impl<'d> Reader<'d, '_> {
     fn walk(&mut self) -> Result<(), ScanFault> {
         let document = self.document;
         let mut seen = vec![false; document.nodes.len()];
-        let mut open: Vec<(usize, DAffine3)> = self.roots()?.into_iter().rev().map(|n| (n, DAffine3::IDENTITY)).collect();
+        let mut open: Vec<(usize, DAffine3)> =
+            self.roots()?.into_iter().rev().map(|n| (n, DAffine3::IDENTITY)).collect();
         while let Some((index, parent)) = open.pop() {
             let place = || format!("nodes[{index}]");
             let count = document.nodes.len();
@@ -175,7 +176,13 @@ impl<'d> Reader<'d, '_> {
     }
 
     /// The corners of a primitive of `count` vertices, all valid; each is one of so many triangles.
-    fn corners(&mut self, indices: Option<usize>, count: usize, times: usize, place: &str) -> Result<Vec<u32>, ScanFault> {
+    fn corners(
+        &mut self,
+        indices: Option<usize>,
+        count: usize,
+        times: usize,
+        place: &str,
+    ) -> Result<Vec<u32>, ScanFault> {
         let corners = indices.map_or(Ok(count), |indices| self.numbers.count(indices))?;
         self.take(corners.saturating_mul(times), place)?;
         let Some(indices) = indices else { return Ok((0..count as u32).collect()) };
@@ -224,12 +231,14 @@ impl<'d> Reader<'d, '_> {
         raw.positions.extend(positions.into_iter().map(|p| transform.transform_point3(p.into()).to_array()));
         let turn = normal_matrix(transform.matrix3);
         // A vector of zeros is no normal, white the format's colour of a vertex without one.
-        raw.normals.extend(normals.map_or_else(|| vec![[0.0; 3]; count], |normals| {
-            normals.into_iter().map(|n| (turn * DVec3::from(n)).to_array()).collect()
-        }));
-        raw.attributes.colours.extend(colours.map_or_else(|| vec![[255; 3]; count], |colours| {
-            colours.into_iter().map(|c| c.map(colour::of_linear)).collect()
-        }));
+        raw.normals.extend(normals.map_or_else(
+            || vec![[0.0; 3]; count],
+            |normals| normals.into_iter().map(|n| (turn * DVec3::from(n)).to_array()).collect(),
+        ));
+        raw.attributes.colours.extend(colours.map_or_else(
+            || vec![[255; 3]; count],
+            |colours| colours.into_iter().map(|c| c.map(colour::of_linear)).collect(),
+        ));
         // The format's v points down.
         let upward = |[u, v]: [f64; 2]| [u, 1.0 - v];
         raw.texcoords.extend(texcoords.unwrap_or_else(|| vec![[0.0; 2]; count]).into_iter().map(upward));
@@ -261,7 +270,10 @@ impl<'d> Reader<'d, '_> {
             (self.skinned, "meshes have skins, which are not applied: they are in their pose without a skeleton"),
             (self.morphed, "primitives have morph targets, which are left out"),
             (animations, "animations are left out: everything is where it is at rest"),
-            (usize::from(instanced), "extension for copies of nodes (EXT_mesh_gpu_instancing) is not applied: copies are left out"),
+            (
+                usize::from(instanced),
+                "extension for copies of nodes (EXT_mesh_gpu_instancing) is not applied: copies are left out",
+            ),
             (textured, "vertices have texture coordinates and others none: they are left out"),
         ];
         for (count, what) in sentences.into_iter().filter(|(count, _)| *count > 0) {

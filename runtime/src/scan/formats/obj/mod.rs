@@ -186,7 +186,8 @@ impl Prepared {
             return colour::of_numbers(&self.colours);
         }
         if !self.colours.is_empty() {
-            warnings.push("some vertices have a colour behind their coordinates and others none: it is left out".into());
+            warnings
+                .push("some vertices have a colour behind their coordinates and others none: it is left out".into());
         }
         Vec::new()
     }

@@ -48,7 +48,10 @@ impl<'a> Assembly<'a> {
             let size = object.positions.len() + object.triangles.len();
             self.placed += 1;
             self.left = self.left.checked_sub(size).filter(|_| self.placed <= MOST).ok_or_else(|| {
-                malformed(place(), "components repeat objects so often that it is more than is read; export a part of it")
+                malformed(
+                    place(),
+                    "components repeat objects so often that it is more than is read; export a part of it",
+                )
             })?;
             self.add(object, transform);
             let component = |c: &Placed| (Placed { key: c.key.clone(), transform: transform * c.transform }, depth + 1);

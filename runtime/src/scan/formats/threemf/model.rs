@@ -67,7 +67,9 @@ pub(super) fn read<R: BufRead>(
             }
             Event::End(element) => parser.end(element.local_name().as_ref(), objects),
             Event::Eof if parser.is_whole => return Ok(parser.model),
-            Event::Eof => return Err(malformed(part(name), "the end of its element `model` is missing; export it again")),
+            Event::Eof => {
+                return Err(malformed(part(name), "the end of its element `model` is missing; export it again"));
+            }
             _ => {}
         }
     }
@@ -152,7 +154,8 @@ impl Parser<'_> {
             ("triangle", Some((_, object))) => {
                 let (number, count) = (object.triangles.len() + 1, object.positions.len());
                 let Some(corners) = numbers::<i64>(element, ["v1", "v2", "v3"]) else {
-                    let message = format!("triangle {number} (counted from 1) has no v1, v2 and v3 that are whole numbers");
+                    let message =
+                        format!("triangle {number} (counted from 1) has no v1, v2 and v3 that are whole numbers");
                     return Err(self.fault(message));
                 };
                 if let Some(index) = corners.into_iter().find(|index| !(0..count as i64).contains(index)) {
@@ -228,9 +231,8 @@ impl Parser<'_> {
         };
         let transform = match attributes.get("transform") {
             None => DAffine3::IDENTITY,
-            Some(text) => transform(text).ok_or_else(|| {
-                self.fault(format!("the transform of `{kind}` is not 12 numbers: {}", quoted(text)))
-            })?,
+            Some(text) => transform(text)
+                .ok_or_else(|| self.fault(format!("the transform of `{kind}` is not 12 numbers: {}", quoted(text))))?,
         };
         let path = attributes.get("path").map_or_else(|| self.name.clone(), |path| path.trim_start_matches('/').into());
         if path != *self.name && !self.model.paths.contains(&path) {

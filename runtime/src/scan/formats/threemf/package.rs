@@ -45,8 +45,10 @@ impl<'a> Package<'a> {
         named.or_else(usual).map(|name| name.trim_start_matches('/').into()).ok_or_else(|| {
             let shown_names: Vec<String> = self.names.iter().take(4).map(|name| part(name)).collect();
             let more = if self.names.len() > 4 { ", ..." } else { "" };
-            let found = if self.names.is_empty() { "nothing".into() } else { format!("{}{more}", shown_names.join(", ")) };
-            let message = format!("it is a ZIP archive without a 3D model, it has {found}; unpack it, and give the scan in it");
+            let found =
+                if self.names.is_empty() { "nothing".into() } else { format!("{}{more}", shown_names.join(", ")) };
+            let message =
+                format!("it is a ZIP archive without a 3D model, it has {found}; unpack it, and give the scan in it");
             malformed("archive", message)
         })
     }
@@ -65,7 +67,9 @@ impl<'a> Package<'a> {
                 buffer.clear();
                 match model::event(reader, &mut buffer, relations)? {
                     Event::Eof => return Ok(()),
-                    Event::Start(element) | Event::Empty(element) if element.local_name().as_ref() == "Relationship" => {
+                    Event::Start(element) | Event::Empty(element)
+                        if element.local_name().as_ref() == "Relationship" =>
+                    {
                         let attributes = model::Attributes::of(&element, relations)?;
                         if attributes.get("Type").is_some_and(|kind| kind.ends_with(RELATION)) {
                             found = attributes.get("Target").map(str::to_owned).or(found.take());
@@ -94,9 +98,9 @@ impl<'a> Package<'a> {
         name: &str,
         parse: impl FnOnce(&mut Reader<BufReader<Limited<'_>>>) -> Result<(), ScanFault>,
     ) -> Result<(), ScanFault> {
-        let index = self.index(name).ok_or_else(|| {
-            malformed(part(name), "the package refers to it and does not have it; export it again")
-        })?;
+        let index = self
+            .index(name)
+            .ok_or_else(|| malformed(part(name), "the package refers to it and does not have it; export it again"))?;
         let file = self.archive.by_index(index).map_err(|error| {
             let message = format!("it cannot be unpacked ({error}); export it again, without a password");
             malformed(part(name), message)
