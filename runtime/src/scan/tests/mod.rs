@@ -2,7 +2,10 @@
 
 mod data;
 mod e57_las;
+mod gltf;
 mod lost;
+mod meshes;
+mod threemf;
 mod written;
 
 use super::file::Opened;
@@ -13,6 +16,8 @@ use crate::export::mesh::{MeshFormat, write, write_to};
 use crate::mesh::Group;
 use crate::progress::Silent;
 use crate::record::hexadecimal;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
 
@@ -258,7 +263,7 @@ fn bad_files_get_a_clear_error() {
         ("a.ply", String::new(), "the file is empty (0 bytes)"),
         ("a.ply", "hello".into(), "line 1: expected `ply`"),
         ("a.xyz", "1 2 3\n4 5\n".into(), "line 2: expected 3 columns as in line 1, found 2 in `4 5`"),
-        ("a.obj", "OFF\n3 1 0\n".into(), "found an OFF file"),
+        ("a.obj", "OFF\n3 1 0\n".into(), "the header counts 3 vertices, the file ends after 0; it is cut off"),
         ("a.bin", "\u{1}\u{2}".into(), "bytes 01 02"),
         ("a.obj", "# nothing\n".into(), "has no vertices"),
         ("a.obj", "v 0 0 0\nv 1 0\n".into(), "line 2: expected `v` and three numbers, found `v 1 0`"),
@@ -361,12 +366,32 @@ fn meshes_in_memory_are_checked_too() {
     assert!(matches!(from_mesh(TriangleMesh::default(), "x"), Err(ScanFault::NoVertices)));
 }
 
+/// A file with some of its bytes changed, removed or inserted.
+fn mutated(seed: &[u8], random: &mut ChaCha8Rng) -> Vec<u8> {
+    const WORDS: [&[u8]; 8] =
+        [b"nan", b"-1", b"99999999999999999999", b"\xff", b"\n", b"f 1 2 3\n", b"\0\0\0\x80", b"1e999"];
+    let mut bytes = seed.to_vec();
+    for _ in 0..random.random_range(1..4) {
+        let at = random.random_range(0..bytes.len());
+        match random.random_range(0..5) {
+            0 => bytes[at] = random.random(),
+            1 => bytes[at] ^= 1 << random.random_range(0..8),
+            2 => drop(bytes.drain(at..(at + random.random_range(1..20)).min(bytes.len()))),
+            3 => drop(bytes.splice(at..at, WORDS[random.random_range(0..WORDS.len())].iter().copied())),
+            _ => bytes.truncate(at),
+        }
+        if bytes.is_empty() {
+            bytes.push(b' ');
+        }
+    }
+    bytes
+}
+
 /// Changes, removes, repeats and inserts bytes of small good files: there is a scan or an error, and never a panic, a
 /// hang or a huge allocation.
 #[test]
 fn mutated_files_do_no_harm() {
-    use rand::{RngExt, SeedableRng};
-    let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(1);
+    let mut random = ChaCha8Rng::seed_from_u64(1);
     let (mut ply, mut stl, mut obj) = (Vec::new(), Vec::new(), Vec::new());
     for (file, format) in [(&mut ply, MeshFormat::Ply), (&mut stl, MeshFormat::Stl), (&mut obj, MeshFormat::Obj)] {
         write_to(file, &patch(), format).unwrap();
@@ -375,25 +400,10 @@ fn mutated_files_do_no_harm() {
         element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
     let solid = b"solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid\n";
     let seeds = [("a.ply", ply), ("a.stl", stl), ("a.obj", obj), ("a.ply", ascii.to_vec()), ("a.stl", solid.to_vec())];
-    let words: [&[u8]; 8] =
-        [b"nan", b"-1", b"99999999999999999999", b"\xff", b"\n", b"f 1 2 3\n", b"\0\0\0\x80", b"1e999"];
     let (mut good, mut bad) = (0, 0);
     for round in 0..20_000 {
         let (name, seed) = &seeds[round % seeds.len()];
-        let mut bytes = seed.clone();
-        for _ in 0..random.random_range(1..4) {
-            let at = random.random_range(0..bytes.len());
-            match random.random_range(0..5) {
-                0 => bytes[at] = random.random(),
-                1 => bytes[at] ^= 1 << random.random_range(0..8),
-                2 => drop(bytes.drain(at..(at + random.random_range(1..20)).min(bytes.len()))),
-                3 => drop(bytes.splice(at..at, words[random.random_range(0..words.len())].iter().copied())),
-                _ => bytes.truncate(at),
-            }
-            if bytes.is_empty() {
-                bytes.push(b' ');
-            }
-        }
+        let bytes = mutated(seed, &mut random);
         match parse(name, bytes).and_then(|read| finish(read.raw, 1.0, ScanSource::default(), &ReadOptions::default()))
         {
             Ok(scan) => {
