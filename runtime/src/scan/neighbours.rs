@@ -57,7 +57,8 @@ impl<'a> Neighbours<'a> {
     }
 }
 
-/// Sorts a run of points into its halves, these into theirs, and so on; returns the planes between them, level by level.
+/// Sorts a run of points into its halves, these into theirs, and so on; returns the planes between them, level by
+/// level.
 fn sort(points: &[[f64; 3]], run: &mut [u32]) -> Vec<Plane> {
     let (mut runs, mut planes) = (vec![run], Vec::new());
     while runs.iter().any(|run| run.len() > LEAF) {
