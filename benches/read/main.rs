@@ -1,10 +1,10 @@
 //! How long files take to read: a surface of two million triangles in every format that is written.
 //!
-//! `cargo bench --bench read` prints, for each format, the size of the file, wall and processor seconds of reading alone
-//! (the least of five runs, the file in the cache of the operating system), megabytes of the file a second, and the
-//! seconds of `read`, which also cleans, computes normals and estimates the noise (the least of two). `-- --triangles
-//! 10000000` takes a larger surface, `-- ply stl` some formats only. With `GMLC_PEER_PYTHON=/path/to/python` the same
-//! files are read by Open3D and trimesh, one after the other in the same run.
+//! `cargo bench --bench read` prints, for each format, the size of the file, wall and processor seconds of reading
+//! alone (the least of five runs, the file in the cache of the operating system), megabytes of the file a second, and
+//! the seconds of `read`, which also cleans, computes normals and estimates the noise (the least of two).
+//! `-- --triangles 10000000` takes a larger surface, `-- ply stl` some formats only. With
+//! `GMLC_PEER_PYTHON=/path/to/python` the same files are read by Open3D and trimesh in the same run.
 
 use cpu_time::ProcessTime;
 use gml_runtime::export::scan::{Recorded, ScanFormat, write};

@@ -1,4 +1,5 @@
-//! 3MF: triangles with their unit, each group as an object. Normals and colours have no place in the core of the format.
+//! 3MF: triangles with their unit, each group as an object. Normals and colours have no place in the core of the
+//! format.
 
 use super::{Out, Recorded};
 use crate::export::escape::escape;

@@ -105,7 +105,11 @@ fn wrong_gltfs_get_a_clear_error() {
         (r#""children":[1]"#, r#""children":[7]"#, "nodes[7]: it is named, but there are 2"),
         (r#""mesh":0"#, r#""mesh":1"#, "meshes[1]: it is named, but there are 1"),
         (r#""count":4"#, r#""count":5"#, "accessors[0]: its 5 elements of 12 bytes"),
-        (r#""count":4"#, r#""count":18446744073709551615"#, "do not fit into bufferViews[0]"),
+        (
+            r#""count":4"#,
+            r#""count":18446744073709551615"#,
+            "meshes[0].primitives[0]: it has more vertices than a file of this size",
+        ),
         (r#""byteOffset":80"#, r#""byteOffset":81"#, "bufferViews[3]: it has 12 bytes from byte 81 on of buffer 0"),
         (r#""componentType":5123"#, r#""componentType":5130"#, "unknown componentType 5130"),
         (r#""type":"SCALAR""#, r#""type":"VEC2""#, "its type is `VEC2`; expected SCALAR"),

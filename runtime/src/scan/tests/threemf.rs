@@ -117,7 +117,7 @@ fn mutated_3mfs_and_offs_do_no_harm() {
         r#"<item objectid="2"/><item objectid="1" transform="1 0 0 0 1 0 0 0 -1 0 0 5"/>"#,
     );
     let off = b"COFF\n3 1 0 # c\n0 0 0 10 20 30\n1 0 0 10 20 30\n0 1 0 10 20 30\n3 0 1 2\n";
-    let mut check = |name: &str, bytes: Vec<u8>| {
+    let check = |name: &str, bytes: Vec<u8>| {
         if let Ok(contents) = parse(name, bytes) {
             drop(finish(contents.raw, contents.unit, ScanSource::default(), &ReadOptions::default()));
         }

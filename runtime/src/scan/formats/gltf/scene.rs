@@ -198,7 +198,8 @@ impl<'d> Reader<'d, '_> {
 
     /// Takes vertices or corners of what may still come.
     fn take(&mut self, count: usize, place: &str) -> Result<(), ScanFault> {
-        let message = "nodes repeat its meshes so often that it is more than is read; export a part of it";
+        let message =
+            "it has more vertices than a file of this size, or nodes repeat meshes too often; export a part of it";
         self.left = self.left.checked_sub(count).ok_or_else(|| malformed(place, message))?;
         Ok(())
     }

@@ -225,8 +225,8 @@ impl Reader<'_> {
         if word.is_empty() { Err(CUT_OFF.to_owned()) } else { Ok(String::from_utf8_lossy(word)) }
     }
 
-    /// Reads faces of a binary file that have a list of corners, with a count of one byte, and numbers of their own; stops
-    /// before the first that is cut off or has a wrong index. Returns the number of those that were read.
+    /// Reads faces of a binary file that have a list of corners, with a count of one byte, and numbers of their own;
+    /// stops before the first that is cut off or has a wrong index. Returns the number of those that were read.
     fn read_plain_faces(&mut self, element: &Element) -> usize {
         let mut sizes = [0, 0];
         let mut indices = None;

@@ -104,8 +104,8 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// Reads vertices of a binary file whose rows have one size, all at the same time; false where they have not, or the
-    /// file is cut off.
+    /// Reads vertices of a binary file whose rows have one size, all at the same time; false where they have not, or
+    /// the file is cut off.
     fn read_plain_vertices(
         &mut self,
         element: &Element,
