@@ -73,13 +73,14 @@ fn mix(x: u64) -> u64 {
 mod tests {
     use super::*;
 
-    /// Over a volume of 20 lengths a side, of which some 3000 are independent, a variance is known to 1 / sqrt(1500).
+    /// In a volume of 40 lengths a side are some 11,000 independent places (the integral of the squared correlation is
+    /// pi^1.5 L^3), so that a variance is known to sqrt(2 / 11,000) = 0.013; five of these are allowed.
     #[test]
     fn the_field_has_unit_variance_and_the_stated_correlation() {
         let field = Field::new(&Scanner::default(), 3.0);
         let places: Vec<DVec3> = (0..20_000_u32)
             .map(|i| {
-                60.0 * DVec3::new(f64::from(i) * 0.754_877, f64::from(i) * 0.569_840, f64::from(i) * 0.430_159).fract()
+                120.0 * DVec3::new(f64::from(i) * 0.754_877, f64::from(i) * 0.569_840, f64::from(i) * 0.430_159).fract()
             })
             .collect();
         let correlation = |d: f64, number: u64| {
