@@ -20,7 +20,26 @@ const FILE: &str = "gmlc.toml";
 /// Options of a mesh and of a picture.
 const MESH: &[&str] = &["chord", "view", "size"];
 /// Options of the virtual scanner.
-const SCANNER: &[&str] = &["spacing", "noise", "views", "outliers", "dropouts", "holes", "no-pose", "seed"];
+const SCANNER: &[&str] = &[
+    "scanner",
+    "cloud",
+    "spacing",
+    "noise",
+    "noise-range",
+    "noise-angle",
+    "noise-correlation",
+    "noise-share",
+    "mixed-pixels",
+    "views",
+    "stations",
+    "table",
+    "clutter",
+    "outliers",
+    "dropouts",
+    "holes",
+    "no-pose",
+    "seed",
+];
 /// Options of a fit.
 const FIT: &[&str] = &["sigma", "loss", "weights", "no-pose", "normals", "coverage", "one-sided", "bootstrap", "seed"];
 /// Options of a measurement.
@@ -54,7 +73,7 @@ const COMPARISON: &[&str] = &["max-distance", "align", "resolution"];
 /// The commands that take defaults, with what may be set for each.
 const COMMANDS: [(&str, &[&[&str]]); 6] = [
     ("mesh", &[MESH]),
-    ("scan", &[SCANNER]),
+    ("scan", &[UNIT, SCANNER]),
     ("fit", &[UNIT, FIT]),
     ("variance", &[UNIT, MEASUREMENT]),
     ("inspect", &[UNIT, FIT, MEASUREMENT]),

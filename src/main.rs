@@ -34,6 +34,7 @@ mod record;
 mod repl;
 mod saved;
 mod scan;
+mod scanner;
 mod script;
 mod search;
 mod subject;

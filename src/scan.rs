@@ -1,113 +1,196 @@
-//! `gmlc scan`: the virtual laser scanner.
+//! `gmlc scan`: the virtual scanner.
 
 use crate::cli::VirtualScanArgs;
 use crate::error::CommandError;
 use crate::progress::TerminalProgress;
 use crate::script::{Valued, compile_valued};
-use crate::{mesh, outputs, provenance};
+use crate::{convert, outputs, provenance, scanner};
+use gml_compiler::program::Program;
+use gml_runtime::export::scan::{Recorded, ScanFormat};
 use gml_runtime::fit::FittedInput;
-use gml_runtime::model::{Fineness, Model, Tessellation};
-use gml_runtime::simulate::{self, ExactSurface, Scanner, Truth};
+use gml_runtime::model::{Fineness, Model, Motion, Tessellation};
+use gml_runtime::progress::Progress;
+use gml_runtime::scan::{self, Attributes, ReferenceMesh, Unit};
+use gml_runtime::simulate::{self, ExactSurface, Kind, Truth, VirtualScan};
 use serde::Serialize;
 use std::collections::BTreeMap;
-
-/// Points along a large model where no spacing was asked for.
-const SPACINGS: f64 = 500.0;
+use std::path::Path;
 
 /// The true values that a fit should find.
 #[derive(Serialize)]
 struct TruthFile<'a> {
-    /// Name of the model.
-    model: &'a str,
-    /// The script.
-    script: String,
+    #[serde(flatten)]
+    scanned: Scanned<'a>,
     /// The file of the scan, in the result on standard output.
     #[serde(skip_serializing_if = "Option::is_none")]
     output: Option<String>,
-    /// SHA-256 of the script's text and of what it uses.
-    script_sha256: String,
-    /// Its inputs, with the values that it was compiled with.
-    inputs: Vec<FittedInput>,
-    /// Its parameters, in millimetres and radians.
-    parameters: BTreeMap<&'a str, f64>,
     /// The scanner, and the pose that it added.
     #[serde(flatten)]
     scan: &'a Truth,
 }
 
+/// What was scanned.
+#[derive(Serialize)]
+#[serde(untagged)]
+enum Scanned<'a> {
+    Script {
+        /// Name of the model.
+        model: &'a str,
+        /// The script.
+        script: String,
+        /// SHA-256 of the script's text and of what it uses.
+        script_sha256: String,
+        /// Its inputs, with the values that it was compiled with.
+        inputs: Vec<FittedInput>,
+        /// Its parameters, in millimetres and radians.
+        parameters: BTreeMap<&'a str, f64>,
+    },
+    Mesh {
+        /// Its file.
+        mesh: String,
+        /// The unit of its coordinates.
+        unit: String,
+    },
+}
+
 pub(crate) fn run(args: &VirtualScanArgs) -> Result<(), CommandError> {
     for output in [&args.output].into_iter().chain(&args.truth) {
-        let inputs = outputs::inputs([&args.script.model], args.values.params.as_ref());
-        outputs::require_apart(output, inputs)?;
+        outputs::require_apart(output, outputs::inputs([&args.model], args.values.params.as_ref()))?;
     }
     args.json.require_apart(&args.output)?;
-    let format = mesh::format_of(&args.output, args.format.as_deref(), ".obj, .ply or .stl")?;
+    let format = convert::format_of(&args.output, args.format)?;
+    scanner::require_used(args, format)?;
     outputs::require_files([&args.output].into_iter().chain(&args.truth))?;
-    let valued = compile_valued(&args.script.model, &args.script.compile, &args.values)?;
+    outputs::require_two(Some(&args.output), args.truth.as_ref())?;
+    if is_script(&args.model) { of_script(args, format) } else { of_mesh(args, format) }
+}
+
+/// What has not the name of a mesh is a script.
+fn is_script(path: &Path) -> bool {
+    path.extension().is_none_or(|ending| ending.eq_ignore_ascii_case("gml"))
+}
+
+fn of_script(args: &VirtualScanArgs, format: ScanFormat) -> Result<(), CommandError> {
+    if args.mesh_unit.is_some() {
+        return Err(CommandError::usage("--mesh-unit: the model is a script, which states its units itself"));
+    }
+    let valued = compile_valued(&args.model, &args.compile, &args.values)?;
     valued.warn_of_doubt();
     let Valued { program, x, motion, .. } = valued;
     for output in [&args.output].into_iter().chain(&args.truth) {
         outputs::require_apart_from_scripts(output, &program)?;
     }
-    outputs::require_two(Some(&args.output), args.truth.as_ref())?;
-    let instance = Model::instantiate(&program, &x).map_err(CommandError::failed)?;
     let progress = TerminalProgress::new();
+    let scan = scan_script(args, &program, &x, motion, &progress);
+    progress.finish();
+    let parameters = program.parameters().iter().map(|p| p.name.as_str()).zip(x).collect();
+    let scanned = Scanned::Script {
+        model: program.name(),
+        script: args.model.display().to_string(),
+        script_sha256: provenance::sha256(program.sources()),
+        inputs: program.inputs().iter().map(provenance::input).collect(),
+        parameters,
+    };
+    write(args, format, &scan?, scanned)
+}
+
+/// Scans a script's exact surface.
+fn scan_script(
+    args: &VirtualScanArgs,
+    program: &Program,
+    x: &[f64],
+    motion: Motion,
+    progress: &dyn Progress,
+) -> Result<VirtualScan, CommandError> {
+    let instance = Model::instantiate(program, x).map_err(CommandError::failed)?;
     // A spacing that takes too many rays would take too many triangles first: coarse ones tell the size.
     let coarse = Fineness { chord: f64::INFINITY, max_segments: 16, ..Fineness::default() };
-    let coarse = Tessellation::with_progress(&program, &*instance, coarse, &progress).map_err(CommandError::failed)?;
+    let coarse = Tessellation::with_progress(program, &*instance, coarse, progress).map_err(CommandError::failed)?;
     let size = coarse.mesh.bounds().diagonal();
-    let scanner = scanner(args, size);
+    let scanner = scanner::of(args, size);
     simulate::require_affordable(&scanner, size).map_err(CommandError::failed)?;
     // Facets say which part of the surface a ray meets, and what hides it: a silhouette may be off by this.
     let fineness = Fineness { chord: 0.02 * scanner.spacing, ..Fineness::default() };
     let mut tessellation =
-        Tessellation::with_progress(&program, &*instance, fineness, &progress).map_err(CommandError::failed)?;
+        Tessellation::with_progress(program, &*instance, fineness, progress).map_err(CommandError::failed)?;
     motion.move_tessellation(&mut tessellation);
     let surface = ExactSurface { tessellation: &tessellation, instance: &*instance, motion };
-    let scan = simulate::scan_exact(surface, &scanner, &progress);
+    simulate::scan_exact(surface, &scanner, progress).map_err(CommandError::failed)
+}
+
+fn of_mesh(args: &VirtualScanArgs, format: ScanFormat) -> Result<(), CommandError> {
+    let of_scripts = [
+        ("-p", !args.values.values.is_empty()),
+        ("--params", args.values.params.is_some()),
+        ("--input", !args.compile.inputs.is_empty()),
+        ("--limit", !args.compile.limits.is_empty()),
+        ("--allow-path", !args.compile.allowed.is_empty()),
+    ];
+    if let Some((option, _)) = of_scripts.into_iter().find(|(_, is_given)| *is_given) {
+        let path = args.model.display();
+        return Err(CommandError::usage(format!("{option}: {path} is a mesh, which has no parameters; leave it out")));
+    }
+    let ReferenceMesh { mesh, unit, warnings, .. } =
+        scan::read_mesh(&args.model, args.mesh_unit).map_err(CommandError::failed)?;
+    warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
+    let scanner = scanner::of(args, mesh.bounds().diagonal());
+    let progress = TerminalProgress::new();
+    let scan = simulate::scan(&mesh, &scanner, &progress);
     progress.finish();
     let scan = scan.map_err(CommandError::failed)?;
+    write(args, format, &scan, Scanned::Mesh { mesh: args.model.display().to_string(), unit })
+}
+
+/// Writes a scan and its truth.
+fn write(
+    args: &VirtualScanArgs,
+    format: ScanFormat,
+    scan: &VirtualScan,
+    scanned: Scanned<'_>,
+) -> Result<(), CommandError> {
+    let VirtualScan { mesh, attributes, grids, truth } = scan;
     outputs::make_parents([&args.output].into_iter().chain(&args.truth))?;
-    mesh::write(&args.output, &scan.mesh, format)?;
-    let parameters = program.parameters().iter().map(|p| p.name.as_str()).zip(x).collect();
-    let mut truth = TruthFile {
-        model: program.name(),
-        script: args.script.model.display().to_string(),
-        output: None,
-        script_sha256: provenance::sha256(program.sources()),
-        inputs: program.inputs().iter().map(provenance::input).collect(),
-        parameters,
-        scan: &scan.truth,
-    };
-    if let Some(path) = &args.truth {
-        outputs::write_json(path, &truth)?;
+    // A mesh has what a fit requires, and no more.
+    let bare = Attributes::default();
+    let is_cloud = mesh.triangles.is_empty() || format.is_of_points();
+    let attributes = if is_cloud { attributes } else { &bare };
+    let unit = args.unit.unwrap_or_default();
+    outputs::write_scan(&args.output, &Recorded { mesh, attributes, grids, unit }, format)?;
+    if let Some(warning) = other_unit(args.unit, format) {
+        eprintln!("warning: {}: {warning}", args.output.display());
     }
-    truth.output = outputs::named(&args.output);
-    let line = format!(
-        "{}: {} points, {} triangles, {:.1} % of the surface",
-        args.output.display(),
-        scan.truth.points,
-        scan.truth.triangles,
-        scan.truth.coverage * 100.0
-    );
-    args.json.print(&args.output, &serde_json::to_value(&truth).map_err(CommandError::failed)?, &line);
+    let mut file = TruthFile { scanned, output: None, scan: truth };
+    if let Some(path) = &args.truth {
+        outputs::write_json(path, &file)?;
+    }
+    file.output = outputs::named(&args.output);
+    let line = format!("{}: {}", args.output.display(), summary(truth, format));
+    args.json.print(&args.output, &serde_json::to_value(&file).map_err(CommandError::failed)?, &line);
     Ok(())
 }
 
-/// The scanner of the options, for a model of a size in millimetres. Without --spacing, the spacing is one with which a
-/// scan takes seconds, also of something as large as a house.
-fn scanner(args: &VirtualScanArgs, size: f64) -> Scanner {
-    let default = Scanner::default();
-    let usual = default.spacing.max(size / SPACINGS);
-    Scanner {
-        views: args.views as usize,
-        spacing: args.spacing.unwrap_or(usual),
-        noise: args.noise,
-        outliers: args.outliers,
-        dropouts: args.dropouts,
-        holes: args.holes as usize,
-        random_pose: !args.no_pose,
-        seed: args.seed,
-        ..default
+/// What a scan has, in words.
+fn summary(truth: &Truth, format: ScanFormat) -> String {
+    let mut parts = vec![format!("{} points", truth.points)];
+    if truth.triangles > 0 && !format.is_of_points() {
+        parts.push(format!("{} triangles", truth.triangles));
     }
+    if truth.triangles == 0 && !truth.stations.is_empty() {
+        parts.push(match truth.stations.len() {
+            1 => "1 station".to_owned(),
+            count => format!("{count} stations"),
+        });
+    }
+    if truth.scanner.kind != Kind::Ct {
+        parts.push(format!("{:.1} % of the surface", truth.coverage * 100.0));
+    }
+    parts.join(", ")
+}
+
+/// A sentence on a unit that a format does not have.
+fn other_unit(given: Option<Unit>, format: ScanFormat) -> Option<String> {
+    let has_metres =
+        matches!(format, ScanFormat::E57 | ScanFormat::Las | ScanFormat::Laz | ScanFormat::Ptx | ScanFormat::Glb);
+    let given = given.filter(|unit| has_metres && *unit != Unit::M)?;
+    Some(format!("the coordinates of this format are metres: --unit {given} was not taken"))
 }

@@ -162,54 +162,6 @@ pub(crate) struct FmtArgs {
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
-  gmlc scan examples/cup/octagonal_cup.gml -o out/cup_scan.ply --truth out/cup_truth.json
-  gmlc scan cup.gml -p shape=4 --noise 0.1mm --spacing 0.5mm --seed 3 -o scan.ply")]
-pub(crate) struct VirtualScanArgs {
-    #[command(flatten)]
-    pub(crate) script: ScriptArgs,
-    #[command(flatten)]
-    pub(crate) values: ValueArgs,
-    /// The scan to write (.ply, .obj or .stl); - is standard output
-    #[arg(short, long, value_name = "FILE")]
-    pub(crate) output: PathBuf,
-    /// Format of the scan [default: by the ending of its name]
-    #[arg(long, value_name = "FORMAT", value_parser = ["obj", "ply", "stl"])]
-    pub(crate) format: Option<String>,
-    #[command(flatten)]
-    pub(crate) json: JsonArgs,
-    /// Also write the true parameters and pose, which a fit should find
-    #[arg(long, value_name = "FILE.json")]
-    pub(crate) truth: Option<PathBuf>,
-    /// Distance between neighbouring points on the object [default: 0.8mm, or a 500th of the model's size if that is
-    /// more]
-    #[arg(long, value_name = "LENGTH", value_parser = values::positive_length)]
-    pub(crate) spacing: Option<f64>,
-    /// Standard deviation of the range noise
-    #[arg(long, value_name = "LENGTH", default_value = "0.3mm", value_parser = values::length)]
-    pub(crate) noise: f64,
-    /// Number of view points
-    #[arg(long, value_name = "N", default_value_t = 24, value_parser = values::whole(1_u32, 200))]
-    pub(crate) views: u32,
-    /// Fraction of points with a wrong range
-    #[arg(long, value_name = "FRACTION", default_value_t = 0.001, value_parser = values::fraction)]
-    pub(crate) outliers: f64,
-    /// Fraction of points that are missing
-    #[arg(long, value_name = "FRACTION", default_value_t = 0.01, value_parser = values::part)]
-    pub(crate) dropouts: f64,
-    /// Number of holes of a few millimetres
-    #[arg(long, value_name = "N", default_value_t = 6, value_parser = values::whole(0_u32, 10_000))]
-    pub(crate) holes: u32,
-    /// Leave the scan in the model's own position
-    #[arg(long)]
-    pub(crate) no_pose: bool,
-    /// Seed of the random numbers
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = values::whole(0, u64::MAX))]
-    pub(crate) seed: u64,
-}
-
-#[derive(Debug, Args)]
-#[command(after_help = "\
-Examples:
   gmlc repl examples/cup/cup.gml               then: r * 2, outer(0.5), :set r=42mm, :grad r * h, :help
   gmlc repl -p r=42mm cup.gml
   echo 'mix(2mm, 4mm, 0.5)' | gmlc repl        without a terminal: no prompts; the status is 1 if anything failed

@@ -3,6 +3,7 @@
 mod compare;
 mod comparison;
 mod language;
+mod scanner;
 mod scans;
 
 pub(crate) use compare::CompareArgs;
@@ -11,8 +12,8 @@ pub(crate) use comparison::{
 };
 pub(crate) use language::{
     CheckArgs, CompletionsArgs, DiffArgs, DocArgs, EmitArgs, FmtArgs, ManArgs, MeshArgs, ReplArgs, Stage,
-    VirtualScanArgs,
 };
+pub(crate) use scanner::VirtualScanArgs;
 pub(crate) use scans::{ConvertArgs, InfoArgs, ReadingArgs};
 
 use crate::error::CommandError;
@@ -89,7 +90,7 @@ pub(crate) enum Command {
     Doc(DocArgs),
     /// Format scripts
     Fmt(FmtArgs),
-    /// Scan a model with the virtual laser scanner
+    /// Scan a model or a mesh with the virtual scanner
     Scan(VirtualScanArgs),
     /// Say what is in a scan, and what looks wrong with it
     Info(InfoArgs),
@@ -117,7 +118,7 @@ impl Command {
         let (values, compile): (&[(String, String)], &CompileArgs) = match self {
             Self::Check(args) => (&args.values.values, &args.compile),
             Self::Mesh(args) => (&args.values.values, &args.script.compile),
-            Self::Scan(args) => (&args.values.values, &args.script.compile),
+            Self::Scan(args) => (&args.values.values, &args.compile),
             Self::Variance(args) => (&args.values.values, &args.compile),
             Self::Fit(args) => (&args.controls.values, &args.script.compile),
             Self::Inspect(args) => (&args.fit.values, &args.script.compile),

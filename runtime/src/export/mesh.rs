@@ -2,6 +2,7 @@
 
 use super::atomic::{self, WriteError};
 use crate::mesh::TriangleMesh;
+use crate::scan::{Attributes, Unit};
 use glam::DVec3;
 use std::io::{self, Write};
 use std::path::Path;
@@ -51,10 +52,21 @@ pub fn write(path: &Path, mesh: &TriangleMesh, format: MeshFormat) -> Result<(),
 /// # Errors
 /// Whatever `out` fails with; or more triangles than STL can count.
 pub fn write_to(out: &mut dyn Write, mesh: &TriangleMesh, format: MeshFormat) -> io::Result<()> {
+    write_scan(out, mesh, &Attributes::default(), Unit::Mm, format)
+}
+
+/// Writes a mesh or a cloud to `out`, with coordinates in a unit; of the formats PLY has colours and intensities.
+pub(super) fn write_scan(
+    out: &mut dyn Write,
+    mesh: &TriangleMesh,
+    attributes: &Attributes,
+    unit: Unit,
+    format: MeshFormat,
+) -> io::Result<()> {
     match format {
-        MeshFormat::Obj => write_obj(out, mesh),
-        MeshFormat::Ply => write_ply(out, mesh),
-        MeshFormat::Stl => write_stl(out, mesh),
+        MeshFormat::Obj => write_obj(out, mesh, unit),
+        MeshFormat::Ply => write_ply(out, mesh, attributes, unit),
+        MeshFormat::Stl => write_stl(out, mesh, unit),
     }
 }
 
@@ -98,10 +110,10 @@ impl Welded {
 }
 
 /// Numbers are written so that reading them gives the same doubles.
-fn write_obj(out: &mut dyn Write, mesh: &TriangleMesh) -> io::Result<()> {
+fn write_obj(out: &mut dyn Write, mesh: &TriangleMesh, unit: Unit) -> io::Result<()> {
     let welded = Welded::of(mesh);
-    writeln!(out, "# gmlc, unit: mm")?;
-    for [x, y, z] in welded.first.iter().map(|i| mesh.positions[*i as usize]) {
+    writeln!(out, "# gmlc, unit: {unit}")?;
+    for [x, y, z] in welded.first.iter().map(|i| mesh.positions[*i as usize].map(|c| c / unit.millimetres())) {
         writeln!(out, "v {x} {y} {z}")?;
     }
     for [s, t] in &mesh.texcoords {
@@ -135,10 +147,11 @@ fn write_obj(out: &mut dyn Write, mesh: &TriangleMesh) -> io::Result<()> {
 
 /// Normals are the means at a position. Texture coordinates are left out where positions have several: tools that read
 /// those of the corners of faces (VTK, trimesh) cut the mesh open along them.
-fn write_ply(out: &mut dyn Write, mesh: &TriangleMesh) -> io::Result<()> {
+fn write_ply(out: &mut dyn Write, mesh: &TriangleMesh, attributes: &Attributes, unit: Unit) -> io::Result<()> {
     let welded = Welded::of(mesh);
     let textured = !mesh.texcoords.is_empty() && welded.first.len() == mesh.positions.len();
-    writeln!(out, "ply\nformat binary_little_endian 1.0\ncomment gmlc, unit: mm")?;
+    let Attributes { colours, intensities, .. } = attributes;
+    writeln!(out, "ply\nformat binary_little_endian 1.0\ncomment gmlc, unit: {unit}")?;
     writeln!(out, "element vertex {}", welded.first.len())?;
     writeln!(out, "property double x\nproperty double y\nproperty double z")?;
     if !mesh.normals.is_empty() {
@@ -147,19 +160,31 @@ fn write_ply(out: &mut dyn Write, mesh: &TriangleMesh) -> io::Result<()> {
     if textured {
         writeln!(out, "property float s\nproperty float t")?;
     }
+    if !intensities.is_empty() {
+        writeln!(out, "property float intensity")?;
+    }
+    if !colours.is_empty() {
+        writeln!(out, "property uchar red\nproperty uchar green\nproperty uchar blue")?;
+    }
     if !mesh.triangles.is_empty() {
         writeln!(out, "element face {}", mesh.triangles.len())?;
         writeln!(out, "property list uchar uint vertex_indices")?;
     }
     writeln!(out, "end_header")?;
     let normals = if mesh.normals.is_empty() { Vec::new() } else { welded.normals(mesh) };
-    for (number, vertex) in welded.first.iter().enumerate() {
-        for c in &mesh.positions[*vertex as usize] {
-            out.write_all(&c.to_le_bytes())?;
+    for (number, vertex) in welded.first.iter().map(|vertex| *vertex as usize).enumerate() {
+        for c in &mesh.positions[vertex] {
+            out.write_all(&(c / unit.millimetres()).to_le_bytes())?;
         }
-        let texcoord = mesh.texcoords.get(*vertex as usize).filter(|_| textured);
+        let texcoord = mesh.texcoords.get(vertex).filter(|_| textured);
         for c in normals.get(number).into_iter().flatten().chain(texcoord.into_iter().flatten()) {
             out.write_all(&(*c as f32).to_le_bytes())?;
+        }
+        if let Some(intensity) = intensities.get(vertex) {
+            out.write_all(&intensity.to_le_bytes())?;
+        }
+        if let Some(colour) = colours.get(vertex) {
+            out.write_all(colour)?;
         }
     }
     for triangle in &mesh.triangles {
@@ -172,7 +197,7 @@ fn write_ply(out: &mut dyn Write, mesh: &TriangleMesh) -> io::Result<()> {
 }
 
 /// A header of 80 bytes and a count; for each triangle its normal, its corners and two bytes of attributes.
-fn write_stl(out: &mut dyn Write, mesh: &TriangleMesh) -> io::Result<()> {
+fn write_stl(out: &mut dyn Write, mesh: &TriangleMesh, unit: Unit) -> io::Result<()> {
     let Ok(count) = u32::try_from(mesh.triangles.len()) else {
         return Err(io::Error::new(io::ErrorKind::InvalidInput, "an STL file holds at most 2^32 - 1 triangles"));
     };
@@ -181,6 +206,7 @@ fn write_stl(out: &mut dyn Write, mesh: &TriangleMesh) -> io::Result<()> {
     for &triangle in &mesh.triangles {
         let [a, b, c] = mesh.corners(triangle);
         // The sum makes one zero of two, so that tools that compare bytes find equal places equal.
+        let [a, b, c] = [a, b, c].map(|corner| corner / unit.millimetres());
         for vector in [mesh.triangle_normal(triangle).unwrap_or_default(), a, b, c].map(|v| v + DVec3::ZERO) {
             out.write_all(bytemuck::bytes_of(&vector.as_vec3().to_array().map(f32::to_le_bytes)))?;
         }
@@ -193,6 +219,21 @@ fn write_stl(out: &mut dyn Write, mesh: &TriangleMesh) -> io::Result<()> {
 mod tests {
     use super::*;
     use crate::mesh::Group;
+
+    #[test]
+    fn a_cloud_as_ply_has_its_attributes_and_its_unit() {
+        let mesh = TriangleMesh { positions: vec![[1500.0, 0.0, 1.0]; 2], ..TriangleMesh::default() };
+        let colours = vec![[1, 2, 3], [4, 5, 6]];
+        let attributes = Attributes { intensities: vec![0.5, 0.25], colours, ..Attributes::default() };
+        let mut out = Vec::new();
+        write_scan(&mut out, &mesh, &attributes, Unit::M, MeshFormat::Ply).unwrap();
+        let header = b"unit: m\nelement vertex 2\nproperty double x\nproperty double y\nproperty double z\n\
+            property float intensity\nproperty uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n";
+        assert!(out.windows(header.len()).any(|window| window == header));
+        let last = &out[out.len() - 31..];
+        assert_eq!(last[..8], 1.5_f64.to_le_bytes());
+        assert_eq!((&last[24..28], &last[28..]), (&0.25_f32.to_le_bytes()[..], &[4, 5, 6][..]));
+    }
 
     #[test]
     fn text_of_a_small_mesh() {

@@ -1,5 +1,6 @@
 //! From the triangle that a ray meets to the exact surface.
 
+use super::scene::Surface;
 use crate::model::{Instance, Motion, Partials, SurfacePoint, Tessellation};
 use glam::{DMat3, DVec3};
 
@@ -33,6 +34,7 @@ pub(super) struct TriangleHit {
 pub(super) struct SurfaceHit {
     pub(super) point: DVec3,
     pub(super) normal: DVec3,
+    pub(super) surface: Surface,
 }
 
 /// A ray on its way to the exact surface.
@@ -114,7 +116,11 @@ impl Search {
         let gap = eye + self.hit.t * self.hit.direction - point;
         let converged = gap.length() <= CONVERGED * self.hit.t;
         if is_first || converged {
-            self.found = du.cross(dv).try_normalize().map(|normal| SurfaceHit { point, normal }).or(self.found);
+            self.found = du
+                .cross(dv)
+                .try_normalize()
+                .map(|normal| SurfaceHit { point, normal, surface: Surface::Object })
+                .or(self.found);
         }
         let step = DMat3::from_cols(du, dv, -self.hit.direction).inverse() * gap;
         if converged || !step.is_finite() {

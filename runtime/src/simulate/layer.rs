@@ -1,7 +1,8 @@
 //! From range images to one layer of triangles: every place of the surface is kept from the view that sees it best.
 
+use super::instrument::Sample;
 use super::scene::Scene;
-use super::view::{RangeImage, Sample, View};
+use super::view::{RangeImage, View};
 use crate::mesh::{renumber_used, retain_marked};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -15,6 +16,8 @@ const STEP_COSINE: f64 = 0.574;
 pub(super) struct Layer {
     pub(super) samples: Vec<Sample>,
     pub(super) triangles: Vec<[u32; 3]>,
+    /// By sample, the number of its view.
+    pub(super) views: Vec<u16>,
 }
 
 impl Layer {
@@ -42,6 +45,7 @@ impl Layer {
                 if let (u32::MAX, Some(sample)) = (place[corner], image.samples[corner]) {
                     place[corner] = self.samples.len() as u32;
                     self.samples.push(sample);
+                    self.views.push(number as u16);
                 }
                 place[corner]
             });
@@ -54,6 +58,7 @@ impl Layer {
         self.triangles.retain(keep);
         let used = renumber_used(&mut self.triangles, self.samples.len());
         retain_marked(&mut self.samples, &used);
+        retain_marked(&mut self.views, &used);
     }
 
     /// Centroid and unit normal of a triangle's true points.

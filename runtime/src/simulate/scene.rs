@@ -1,14 +1,37 @@
 //! The object that is scanned: the surface that a ray meets, and the view that sees a place best.
 
+use super::beam;
 use super::exact::{ExactSurface, SurfaceHit, TriangleHit};
+use super::surroundings::Surroundings;
 use super::view::View;
 use crate::bvh::{Bvh, BvhError};
-use crate::mesh::TriangleMesh;
+use crate::mesh::{Bounds, TriangleMesh};
 use glam::DVec3;
+
+/// What a point belongs to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Surface {
+    Object,
+    Table,
+    Clutter,
+}
+
+/// The echo of a ray from the triangles.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Echo {
+    /// In lengths of the ray's direction.
+    pub(super) range: f64,
+    pub(super) intensity: f64,
+}
 
 /// A mesh made ready for rays.
 pub(super) struct Scene<'a> {
     bvh: Bvh,
+    /// The number of the object's triangles, and of these and the table's.
+    ends: [usize; 2],
+    /// Height of the table's plane: no scanner is below it.
+    floor: Option<f64>,
+    bounds: Bounds,
     exact: Option<ExactSurface<'a>>,
     /// Unit normals of the triangles; zero for those without area, which no ray hits.
     normals: Vec<DVec3>,
@@ -17,11 +40,57 @@ pub(super) struct Scene<'a> {
 }
 
 impl<'a> Scene<'a> {
-    pub(super) fn new(mesh: &TriangleMesh, exact: Option<ExactSurface<'a>>, spacing: f64) -> Result<Self, BvhError> {
+    /// The surface of the object, `mesh`, with what is around it.
+    pub(super) fn new(
+        mesh: &TriangleMesh,
+        around: Option<&Surroundings>,
+        exact: Option<ExactSurface<'a>>,
+        spacing: f64,
+    ) -> Result<Self, BvhError> {
+        let (ends, floor) = around.map_or(([mesh.triangles.len(); 2], None), |around| (around.ends, around.floor));
+        let mesh = around.map_or(mesh, |around| &around.mesh);
         let bvh = Bvh::build(mesh)?;
         let normal = |&triangle| mesh.triangle_normal(triangle).unwrap_or_default();
+        let bounds = mesh.triangles.iter().flat_map(|t| mesh.corners(*t)).collect();
         let lift = 4.0 * f64::from(bvh.tolerance()) + 0.1 * spacing;
-        Ok(Self { normals: mesh.triangles.iter().map(normal).collect(), bvh, exact, lift })
+        Ok(Self { normals: mesh.triangles.iter().map(normal).collect(), bvh, ends, floor, bounds, exact, lift })
+    }
+
+    /// Whether a scanner may stand there: not below the table.
+    pub(super) fn has_room_at(&self, eye: DVec3) -> bool {
+        self.floor.is_none_or(|floor| eye.z > floor)
+    }
+
+    /// What a triangle belongs to.
+    pub(super) fn surface(&self, triangle: u32) -> Surface {
+        match triangle as usize {
+            i if i < self.ends[0] => Surface::Object,
+            i if i < self.ends[1] => Surface::Table,
+            _ => Surface::Clutter,
+        }
+    }
+
+    /// Height of the table's plane.
+    pub(super) fn floor(&self) -> Option<f64> {
+        self.floor
+    }
+
+    /// The box around everything.
+    pub(super) fn bounds(&self) -> Bounds {
+        self.bounds
+    }
+
+    /// Whether a ray meets the object before anything else.
+    pub(super) fn meets_object(&self, from: DVec3, direction: DVec3) -> bool {
+        let hit = self.bvh.nearest_hit(from, direction, f64::INFINITY);
+        hit.is_some_and(|hit| self.surface(hit.triangle) == Surface::Object)
+    }
+
+    /// The echo of a ray of unit direction from the triangles.
+    pub(super) fn echo(&self, from: DVec3, direction: DVec3) -> Option<Echo> {
+        let hit = self.bvh.nearest_hit(from, direction, f64::INFINITY)?;
+        let cosine = self.normals[hit.triangle as usize].dot(direction).abs();
+        Some(Echo { range: hit.t, intensity: beam::intensity(self.surface(hit.triangle), cosine) })
     }
 
     /// Where rays of unit directions meet the surface, with the unit normals there, turned towards the eye.
@@ -34,17 +103,16 @@ impl<'a> Scene<'a> {
         let of_triangle = |hit: &TriangleHit| SurfaceHit {
             point: eye + hit.t * hit.direction,
             normal: self.normals[hit.triangle as usize],
+            surface: self.surface(hit.triangle),
         };
-        let met: Vec<TriangleHit> = hits.iter().flatten().copied().collect();
-        let exact = match &self.exact {
-            Some(exact) => exact.meet(eye, &met),
-            None => met.iter().map(|hit| Some(of_triangle(hit))).collect(),
-        };
-        let mut exact = exact.into_iter();
+        let is_exact = |hit: &TriangleHit| self.exact.is_some() && self.surface(hit.triangle) == Surface::Object;
+        let met: Vec<TriangleHit> = hits.iter().flatten().filter(|hit| is_exact(hit)).copied().collect();
+        let mut exact = self.exact.as_ref().map(|exact| exact.meet(eye, &met)).unwrap_or_default().into_iter();
         let turned = |(hit, direction): (Option<TriangleHit>, &DVec3)| {
-            hit?;
-            let SurfaceHit { point, normal } = exact.next()??;
-            Some(SurfaceHit { point, normal: if normal.dot(*direction) > 0.0 { -normal } else { normal } })
+            let hit = hit?;
+            let met = if is_exact(&hit) { exact.next()?? } else { of_triangle(&hit) };
+            let normal = if met.normal.dot(*direction) > 0.0 { -met.normal } else { met.normal };
+            Some(SurfaceHit { normal, ..met })
         };
         hits.into_iter().zip(directions).map(turned).collect()
     }
@@ -61,6 +129,7 @@ impl<'a> Scene<'a> {
         let cosine = |view: &View| normal.dot((view.eye - point).normalize());
         let mut candidates: Vec<(usize, f64)> =
             views.iter().map(cosine).enumerate().filter(|candidate| candidate.1 >= least_cosine).collect();
+        candidates.retain(|candidate| self.has_room_at(views[candidate.0].eye));
         candidates.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
         candidates.into_iter().find(|&(view, _)| self.sees(views[view].eye, point + self.lift * normal))
     }

@@ -1,8 +1,11 @@
 //! Scans of shapes whose truth is a formula.
 
+mod kinds;
+mod noise;
+
 use super::*;
 use crate::bvh::Bvh;
-use crate::model::{Fineness, Model, Tessellation};
+use crate::model::{Fineness, Model, Motion, Tessellation};
 use crate::progress::Silent;
 use gml_compiler::program::{Options, compile};
 use gml_compiler::source::{NoFiles, SourceFile};

@@ -182,7 +182,7 @@ pub fn to_bytes(scan: &Recorded<'_>, format: ScanFormat) -> io::Result<Vec<u8>> 
 
 fn write_to(out: &mut dyn Out, scan: &Recorded<'_>, format: ScanFormat) -> io::Result<()> {
     match format {
-        ScanFormat::Mesh(format) => mesh::write_to(out, scan.mesh, format),
+        ScanFormat::Mesh(format) => mesh::write_scan(out, scan.mesh, scan.attributes, scan.unit, format),
         ScanFormat::Off => off::write(out, scan),
         ScanFormat::Glb => glb::write(out, scan),
         ScanFormat::ThreeMf => threemf::write(out, scan),
