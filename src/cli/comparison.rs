@@ -45,6 +45,9 @@ pub(crate) struct ReadingArgs {
     /// Leave out the points of a cloud that lie on no surface, such as dust and spray
     #[arg(long)]
     pub(crate) drop_outliers: bool,
+    /// Make triangles of a cloud, a surface through its points: then it is measured by rays, as a mesh is
+    #[arg(long)]
+    pub(crate) surface: bool,
 }
 
 impl ReadingArgs {
@@ -57,6 +60,7 @@ impl ReadingArgs {
         options.voxel = self.voxel;
         options.keep_largest = self.keep_largest;
         options.drop_outliers = self.drop_outliers;
+        options.surface = self.surface;
         options
     }
 }

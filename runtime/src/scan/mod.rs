@@ -25,6 +25,8 @@ mod raw;
 mod read;
 mod reservoir;
 mod source;
+mod spacing;
+mod surface;
 #[cfg(test)]
 mod tests;
 mod thinned;
@@ -40,6 +42,7 @@ pub(crate) use outliers::outliers;
 pub use prepare::from_mesh;
 pub use read::{ReferenceMesh, read, read_mesh};
 pub use source::{Cleaning, ScanSource};
+pub(crate) use spacing::spacings;
 pub use unit::{Unit, UnknownUnit};
 
 use crate::mesh::{TriangleMesh, retain_marked};

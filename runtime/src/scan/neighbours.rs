@@ -38,6 +38,29 @@ impl<'a> Neighbours<'a> {
         nearest.points.into_iter().map(|(_, index)| index).collect()
     }
 
+    /// Calls `visit` with the index of every point at most `radius` away from `at`, in an order that depends on the
+    /// points alone.
+    pub(crate) fn within(&self, at: [f64; 3], radius: f64, visit: &mut impl FnMut(u32)) {
+        self.gather(&self.order, 0, at, radius, visit);
+    }
+
+    fn gather(&self, run: &[u32], node: usize, at: [f64; 3], radius: f64, visit: &mut impl FnMut(u32)) {
+        if run.len() <= LEAF {
+            let is_near = |index: &&u32| squared_distance(self.points[**index as usize], at) <= radius * radius;
+            run.iter().filter(is_near).for_each(|index| visit(*index));
+            return;
+        }
+        let plane = self.planes[node];
+        let beyond = at[plane.axis] - plane.at;
+        let (left, right) = run.split_at(run.len() / 2);
+        if beyond <= radius {
+            self.gather(left, 2 * node + 1, at, radius, visit);
+        }
+        if beyond >= -radius {
+            self.gather(right, 2 * node + 2, at, radius, visit);
+        }
+    }
+
     fn search(&self, run: &[u32], node: usize, at: [f64; 3], nearest: &mut Nearest) {
         if run.len() <= LEAF {
             for &index in run {
@@ -119,6 +142,11 @@ mod tests {
                 all.sort_by(|a, b| distance(a).total_cmp(&distance(b)).then(a.cmp(b)));
                 all.truncate(12);
                 assert_eq!(tree.nearest(*at, 12), all);
+                let mut near = Vec::new();
+                tree.within(*at, 2.0, &mut |index| near.push(index));
+                near.sort_unstable();
+                let is_near = |i: &u32| squared_distance(points[*i as usize], *at) <= 4.0;
+                assert_eq!(near, (0..points.len() as u32).filter(is_near).collect::<Vec<u32>>());
             }
             assert!(tree.nearest([0.0; 3], 0).is_empty());
         }

@@ -19,6 +19,8 @@ pub struct ReadOptions {
     pub keep_largest: bool,
     /// Points that lie on no surface are left out of a cloud.
     pub drop_outliers: bool,
+    /// Triangles are made of a cloud: a surface through its points.
+    pub surface: bool,
     /// The most triangles that are kept of a mesh: it is simplified.
     pub decimate: Option<usize>,
 }
