@@ -40,7 +40,7 @@ pub(crate) use neighbours::Neighbours;
 pub use options::ReadOptions;
 pub(crate) use outliers::outliers;
 pub use prepare::from_mesh;
-pub use read::{ReferenceMesh, read, read_mesh};
+pub use read::{ReferenceMesh, read, read_mesh, read_surface};
 pub use source::{Cleaning, ScanSource};
 pub(crate) use spacing::spacings;
 pub use unit::{Unit, UnknownUnit};
