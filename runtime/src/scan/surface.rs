@@ -13,7 +13,6 @@ use super::attributes::Attributes;
 use super::neighbours::Neighbours;
 use super::spacing::spacings;
 use crate::mesh::{TriangleMesh, renumber_used, retain_marked};
-use crate::sampling::halton;
 use foldhash::fast::RandomState;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
@@ -74,7 +73,7 @@ impl Points<'_> {
     fn star(&self, i: usize, near: &[u32]) -> Vec<[u32; 3]> {
         let (place, normal) = (DVec3::from(self.positions[i]), self.normals[i]);
         let (tangent, bitangent) = normal.any_orthonormal_pair();
-        let weight = |j: usize| EVENNESS * self.spacing[j].powi(2) * halton(j, 2);
+        let weight = |j: usize| EVENNESS * self.spacing[j].powi(2) * mixed(j);
         let seen = |j: &u32| {
             let offset = DVec3::from(self.positions[*j as usize]) - place;
             let at = DVec2::new(offset.dot(tangent), offset.dot(bitangent));
@@ -96,6 +95,15 @@ impl Points<'_> {
         let at = |k: usize| DVec3::from(self.positions[triangle[k % 3] as usize]);
         (0..3).all(|k| at(k).distance(at(k + 1)) <= limit)
     }
+}
+
+/// A number from 0 to 1 that has nothing to do with those of other indices (the finaliser of SplitMix64; Steele, Lea and
+/// Flood 2014): even sequences would be even along the rows of a grid, too.
+fn mixed(index: usize) -> f64 {
+    let mut x = (index as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    ((x ^ (x >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
 }
 
 /// The pairs of points with which the origin has triangles in the Delaunay triangulation, counter-clockwise: the edges

@@ -86,7 +86,7 @@ fn a_cloud_has_the_statistics_of_the_mesh_of_its_points() {
         assert!(by_rays.cylinder.is_none() && by_cylinders.cylinder.is_some());
         assert_eq!(by_cylinders.matching, "mutual");
         for (a, b) in by_rays.parts.iter().zip(&by_cylinders.parts) {
-            let (name, a_moments, b_moments) = (&a.name, &a.statistics.moments, &b.statistics.moments);
+            let (name, a_moments, b_moments) = (&a.name, &a.statistics.weighted, &b.statistics.weighted);
             println!(
                 "{sided} {name}: {a_moments:?}\n {b_moments:?} {} {}",
                 a.statistics.coverage, b.statistics.coverage
@@ -129,7 +129,7 @@ fn curved_surface_has_no_bias_and_distances_have_the_uncertainty_that_they_say()
         let found = measured(&program, &[8.0], Motion::IDENTITY, &scan, &options());
         let (deviations, overall) = (&found.deviations, &found.report.overall);
         // 1250 points of 0.05 mm: 0.0014 mm.
-        assert!((overall.moments.signed.mean - offset).abs() < 0.006, "{offset}: {:?}", overall.moments);
+        assert!((overall.weighted.signed.mean - offset).abs() < 0.006, "{offset}: {:?}", overall.weighted);
         assert!(overall.coverage > 0.98, "{}", overall.coverage);
         let errors: Vec<f64> = (0..deviations.texels.len())
             .filter(|i| !deviations.signed(*i).is_nan())
@@ -185,7 +185,7 @@ fn a_bump_is_measured_where_it_is_and_a_hole_has_no_data() {
         assert!(f64::abs(errors / count) < 0.002, "{kind:?}: {}", errors / count);
         assert_eq!(in_hole, 0, "{kind:?}");
         assert!(f64::from(lost as u32) < 0.02 * count, "{kind:?}: {lost} of {count}");
-        let peak = found.report.overall.moments.signed.max;
+        let peak = found.report.overall.weighted.signed.max;
         // The disc of 1.1 mm takes 0.01 mm of the bump's top, the noise of 0.006 mm adds to the largest of many.
         assert!((peak - 0.5).abs() < 0.03, "{kind:?}: {peak}");
     }
@@ -218,7 +218,7 @@ fn points_that_lie_on_no_sheet_are_no_distance_and_two_sheets_are_told_apart() {
         scan.mesh.positions.iter_mut().skip(from).step_by(5).for_each(|p| p[2] += by);
     }
     let found = on_plate(&scan, DistanceKind::Normal);
-    let moments = &found.report.overall.moments;
+    let moments = &found.report.overall.weighted;
     assert!(moments.signed.mean.abs() < 0.002 && moments.signed.sd < 0.02, "{moments:?}");
 }
 
@@ -232,7 +232,7 @@ fn a_cloud_that_is_turned_inside_out_is_turned_back_and_lines_of_sight_show_empt
     scan.mesh.normals.iter_mut().for_each(|n| *n = n.map(|c| -c));
     let found = measured(&program, &[40.0], Motion::IDENTITY, &scan, &options());
     assert!(found.report.warnings.iter().any(|w| w.contains("turned as a whole")), "{:?}", found.report.warnings);
-    assert!(found.report.overall.moments.signed.mean.abs() < 0.002);
+    assert!(found.report.overall.weighted.signed.mean.abs() < 0.002);
     assert_eq!(found.report.overall.contradicted_area, 0.0);
     // A scanner above saw the plate past the shelf, which is not there; beside the plate it saw nothing.
     scan.attributes.stations.places = vec![Station::at([10.0, 10.0, 300.0])];
