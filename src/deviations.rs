@@ -40,6 +40,9 @@ pub(crate) fn summary(report: &VarianceReport) -> String {
         report.sign_convention,
         report.device
     ));
+    if let Some(cylinder) = &report.cylinder {
+        out.push_str(&format!("{}\n", cylinder.sentence(table::number)));
+    }
     out.push_str(&agreement(report));
     out.push_str(&report.points.as_ref().map_or_else(String::new, |points| at_points(points, report.max_distance)));
     out.push_str(&verdicts(report));
@@ -170,7 +173,7 @@ fn by_part(report: &VarianceReport, area: impl Fn(&Statistics) -> f64) -> String
 /// A sentence about the part of the scan that is farther from the model than distances reach (millimetres), and a line
 /// for each of the largest pieces.
 fn left_over(unmatched: &UnmatchedSummary, max_distance: f64) -> String {
-    if unmatched.triangles == 0 {
+    if unmatched.is_empty() {
         return format!(
             "farther than {} mm from the model, or facing another way: nothing of the scan\n",
             table::number(max_distance)

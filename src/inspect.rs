@@ -45,7 +45,7 @@ pub(crate) fn inspect(
     let scan = fit::read_scan(&args.scan)?;
     record::add_inputs(&mut record, &scan.source, &subject.program, args.params.as_deref());
     // Before the fit, which takes longer.
-    variance::require_triangles(&scan)?;
+    variance::require_what_scan_has(&scan, options)?;
     measure::require_memory(&args.variance, &scan)?;
     // A search may end with a model of other parts.
     if args.search.is_empty() {

@@ -45,7 +45,7 @@ const BYTES_A_BAND: f64 = 100.0;
 pub(crate) fn require_memory(controls: &VarianceControls, scan: &Scan) -> Result<(), CommandError> {
     let asked = match controls.resolution {
         Resolution::Side(side) => side,
-        Resolution::Texel(width) => (scan.mesh.area().sqrt() / width).min(f64::from(LARGEST)) as u32,
+        Resolution::Texel(width) => (extent(scan) / width).min(f64::from(LARGEST)) as u32,
     };
     let gigabytes = |bytes: f64| format!("{:.1}GB", (bytes / 1e8).ceil() / 10.0);
     let most = controls.memory as f64;
@@ -74,6 +74,14 @@ pub(crate) fn require_memory(controls: &VarianceControls, scan: &Scan) -> Result
         gigabytes(most),
         gigabytes(bytes)
     )))
+}
+
+/// The root of the area of a scan; of a cloud, which has no triangles, the diagonal of its box. Millimetres.
+fn extent(scan: &Scan) -> f64 {
+    match scan.mesh.triangles.is_empty() {
+        true => scan.mesh.bounds().diagonal(),
+        false => scan.mesh.area().sqrt(),
+    }
 }
 
 /// The files that the command line asks for. A table of parameters has no rows yet.

@@ -65,7 +65,7 @@ struct Measured {
 fn from_model(args: &VarianceArgs, options: &MeasureOptions, mut record: Record) -> Result<Measured, CommandError> {
     let valued = compile_valued(&args.reference, &args.compile, &args.values)?;
     let Valued { program, x, motion, fit, saved } = valued;
-    let scan = read_scan(args)?;
+    let scan = read_scan(args, options)?;
     record::add_inputs(&mut record, &scan.source, &program, args.values.params.as_deref());
     let folder = outputs::begin(&args.output)?;
     let other = saved.as_ref().map(|saved| saved.about_scan(&scan.source)).transpose()?.flatten();
@@ -90,7 +90,7 @@ fn from_model(args: &VarianceArgs, options: &MeasureOptions, mut record: Record)
 fn from_mesh(args: &VarianceArgs, options: &MeasureOptions, mut record: Record) -> Result<Measured, CommandError> {
     let ReferenceMesh { mesh, unit, warnings, .. } =
         scan::read_mesh(&args.reference, args.reference_unit).map_err(CommandError::failed)?;
-    let scan = read_scan(args)?;
+    let scan = read_scan(args, options)?;
     record::add_scan(&mut record, &scan.source);
     record::add_file(&mut record, "reference", &args.reference);
     let folder = outputs::begin(&args.output)?;
@@ -106,10 +106,10 @@ fn from_mesh(args: &VarianceArgs, options: &MeasureOptions, mut record: Record) 
     Ok(Measured { folder, scan, name, measurement, fit, upright, scripts, parameters })
 }
 
-fn read_scan(args: &VarianceArgs) -> Result<Scan, CommandError> {
+fn read_scan(args: &VarianceArgs, options: &MeasureOptions) -> Result<Scan, CommandError> {
     let scan = fit::read_scan(&args.scan)?;
     measure::require_memory(&args.controls, &scan)?;
-    variance::require_triangles(&scan).map_err(CommandError::failed)?;
+    variance::require_what_scan_has(&scan, options)?;
     Ok(scan)
 }
 

@@ -4,8 +4,9 @@ use crate::export::exchange::{self, Format, ParameterRow};
 use crate::export::measurement::{self, DocumentError, Extras, Textures, png};
 use crate::export::report::{self, Figure, Report, Scripts, file_name};
 use crate::export::scale::Scale;
+use crate::export::surfels;
 use crate::export::svg::SectionDrawing;
-use crate::export::views::{CAPTIONS, OVERVIEW, VIEWS, Views};
+use crate::export::views::{CAPTIONS, MOST_SURFELS, OVERVIEW, VIEWS, Views};
 use crate::export::x3d::{self, X3dScene, metadata};
 use crate::export::{atomic, json, number, palette};
 use crate::fit::{self, AllowedDeviation, FitError, FitOptions, FitResult, FittedMeasure};
@@ -14,7 +15,7 @@ use crate::progress::Progress;
 use crate::scan::Scan;
 use crate::variance::{
     Dimension, MeasureError, MeasureOptions, Measurement, ParameterCovariance, Reference, Tolerance, VarianceReport,
-    VerdictOptions, measure, require_triangles,
+    VerdictOptions, measure, require_what_scan_has,
 };
 use std::borrow::Cow;
 use std::path::Path;
@@ -79,7 +80,7 @@ pub fn inspect(
     progress: &dyn Progress,
 ) -> Result<Inspection, InspectError> {
     // Before the fit, which takes longer.
-    require_triangles(scan)?;
+    require_what_scan_has(scan, measure_options)?;
     let fit = fit::fit(model, scan, fit_options, progress)?;
     Inspection::of_fit(model, fit, scan, measure_options, progress)
 }
@@ -161,13 +162,13 @@ impl Documents<'_> {
         if progress.cancelled() {
             return Err(DocumentError::Interrupted);
         }
-        let views = Views::new(self.measurement, &scan.mesh, &self.upright.rotation, &textures.scale);
+        let drawn = surfels::shown(&scan.mesh, MOST_SURFELS);
+        let views = Views::new(self.measurement, &drawn, &self.upright.rotation, &textures.scale);
         progress.report("writing", f64::NAN, "model.x3d, report.html");
         let title = format!("{} compared with {}", self.name, file_name(&scan.source.path));
         if extras.formats.contains(&Format::Svg) {
             let (measurement, turned) = (self.measurement, self.upright.rotation);
-            let drawing =
-                SectionDrawing { title: &title, measurement, scan: &scan.mesh, turned, scale: &textures.scale };
+            let drawing = SectionDrawing { title: &title, measurement, scan: &drawn, turned, scale: &textures.scale };
             exchange::write_drawings(folder, &drawing)?;
         }
         let scene = self.scene(&title, scan, &textures)?;
@@ -184,7 +185,7 @@ impl Documents<'_> {
         Ok(x3d::write(&X3dScene {
             tessellation: displayed,
             deviations,
-            scan: &scan.mesh,
+            scan: &surfels::shown(&scan.mesh, x3d::MOST_SURFELS),
             scale: textures.scale,
             robust_range: Scale::robust(report).end,
             turned: self.upright.rotation,

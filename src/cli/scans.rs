@@ -31,6 +31,9 @@ pub(crate) struct ReadingArgs {
     /// Leave out the points of a cloud that lie on no surface, such as dust and spray
     #[arg(long)]
     pub(crate) drop_outliers: bool,
+    /// Make triangles of a cloud, a surface through its points: then it is measured by rays, as a mesh is
+    #[arg(long)]
+    pub(crate) surface: bool,
     /// Simplify a mesh to at most N triangles, whose corners are points of the scan; of a cloud keep N points, chosen by
     /// lot
     #[arg(long, value_name = "N", value_parser = values::whole(1_usize, usize::MAX))]
@@ -47,6 +50,7 @@ impl ReadingArgs {
         options.voxel = self.voxel;
         options.keep_largest = self.keep_largest;
         options.drop_outliers = self.drop_outliers;
+        options.surface = self.surface;
         options.decimate = self.decimate;
         options
     }

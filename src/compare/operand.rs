@@ -122,7 +122,7 @@ struct ModelState {
 impl Operand {
     pub(super) fn read(given: &Given<'_>, args: &CompareArgs) -> Result<Operand, CommandError> {
         let content = match given.kind()? {
-            Kind::Mesh => Content::Mesh(scan::read_mesh(given.path, given.unit).map_err(CommandError::failed)?),
+            Kind::Mesh => Content::Mesh(scan::read_surface(given.path, given.unit).map_err(CommandError::failed)?),
             Kind::Script => Content::Model(Box::new(ModelState::read(given, given.path.to_owned(), None, args)?)),
             Kind::Fit => {
                 let saved = SavedFit::read(given.path)?;

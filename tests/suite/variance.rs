@@ -389,21 +389,34 @@ fn small_holes_are_filled_and_not_measured() {
     }
 }
 
-/// Nothing can be measured of a cloud: neither command may say that it conforms.
+/// A cloud of a can is measured by its points, and by the triangles that are made of it.
 #[test]
-fn a_cloud_is_refused() {
+fn a_cloud_is_measured_and_has_no_edges_of_holes() {
     let folder = tempdir().expect("a folder");
     let folder = folder.path();
     write(folder, "can.gml", CAN);
-    let points: String = (0..400).map(|k| format!("v {} {} 50\n", k % 20 - 10, k / 20 - 10)).collect();
+    let around = |k: usize| (k as f64 / 160.0 * std::f64::consts::TAU).sin_cos();
+    let points: String = (0..160 * 60)
+        .map(|k| (around(k % 160), 0.4 + 0.83 * (k / 160) as f64))
+        .map(|((s, c), z)| format!("v {} {} {z}\n", 20.3 * c, 20.3 * s))
+        .collect();
     write(folder, "cloud.obj", &points);
-    for command in ["variance", "inspect"] {
-        let error = fails(folder, &[command, "can.gml", "cloud.obj", "--tolerance", "0.1mm", "-o", "out"], 1);
-        assert!(
-            error.contains("cloud.obj: is a point cloud without triangles") && error.contains("mesh it"),
-            "{error}"
-        );
-        assert!(!folder.join("out").exists());
+    let error = fails(folder, &["variance", "can.gml", "cloud.obj", "--fill-holes", "2mm", "-o", "out"], 1);
+    assert!(error.contains("cloud.obj: is a point cloud without triangles") && error.contains("--surface"), "{error}");
+    assert!(!folder.join("out").exists());
+    for (out, options) in [("points", vec![]), ("surface", vec!["--surface"])] {
+        let arguments = ["variance", "can.gml", "cloud.obj", "--max-distance", "1mm", "--resolution", "256", "-o", out];
+        let text = gmlc(folder, &[&arguments[..], &options[..]].concat());
+        assert_eq!(text.contains("in cylinders about the normals"), options.is_empty(), "{text}");
+        let report = json(&folder.join(out).join("variance.json"));
+        assert_eq!(report["cylinder"].is_object(), options.is_empty());
+        let side = &report["parts"][0];
+        // Chords between points 0.8 mm apart are 0.004 mm inside of the circle.
+        assert!((number(&side["signed"]["mean"]) - 0.3).abs() < 0.006, "{side}");
+        assert!(number(&side["coverage"]) > 0.95, "{side}");
+        for file in ["report.html", "model.x3d", "views.png", "overview.png", "distance.tif", "unmatched.ply"] {
+            assert!(folder.join(out).join(file).exists(), "{file}");
+        }
     }
 }
 

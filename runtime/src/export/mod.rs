@@ -22,6 +22,7 @@ pub mod report;
 pub mod scale;
 pub mod scan;
 mod section;
+pub(crate) mod surfels;
 pub mod svg;
 pub mod views;
 pub mod x3d;

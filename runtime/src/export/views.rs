@@ -5,6 +5,7 @@ use super::picture::legend::{self, Theme};
 use super::picture::{self, Picture};
 use super::render::{self, DeviationColours, Layer, Paint, View};
 use super::scale::Scale;
+use super::surfels;
 use crate::mesh::TriangleMesh;
 use crate::variance::Measurement;
 
@@ -36,6 +37,9 @@ const SIDES: [(&str, View); 6] = [
 /// What the views show, in the order in which they are drawn.
 pub const CAPTIONS: [&str; 7] = [SIDES[0].0, SIDES[1].0, SIDES[2].0, SIDES[3].0, SIDES[4].0, SIDES[5].0, "Cut open"];
 
+/// The most points of a cloud that are drawn, each as a triangle: a picture has fewer pixels.
+pub(crate) const MOST_SURFELS: usize = 200_000;
+
 /// Side of one view in pixels.
 const SIZE: usize = 440;
 
@@ -61,6 +65,7 @@ impl Views {
     #[must_use]
     pub fn new(measurement: &Measurement, scan: &TriangleMesh, turned: &[[f64; 3]; 3], scale: &Scale) -> Self {
         let Measurement { tessellation, deviations, unmatched, .. } = measurement;
+        let unmatched = &*surfels::shown(unmatched, MOST_SURFELS);
         let colours = DeviationColours::new(deviations, scale);
         let coloured = Layer { mesh: &tessellation.mesh, paint: Paint::Deviations(&colours), opacity: 1.0 };
         let nominal = Layer { paint: Paint::Plain(NOMINAL_COLOUR), ..coloured };

@@ -48,6 +48,12 @@ pub enum ScanFault {
         /// Points in the file.
         points: u64,
     },
+    /// No triangles can be made of its points.
+    #[error("no triangles can be made of its {points} points, which lie on no surface: leave out --surface")]
+    NoSurface {
+        /// Points of the cloud.
+        points: usize,
+    },
     /// All of its points are none.
     #[error("none of its {count} points is valid: they have no coordinates, or the file marks them as invalid")]
     OnlyInvalid {

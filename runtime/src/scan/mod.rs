@@ -30,6 +30,8 @@ mod reservoir;
 mod simplify;
 mod source;
 mod survey;
+mod spacing;
+mod surface;
 #[cfg(test)]
 mod tests;
 mod thinned;
@@ -45,9 +47,10 @@ pub(crate) use neighbours::Neighbours;
 pub use options::ReadOptions;
 pub(crate) use outliers::outliers;
 pub use prepare::from_mesh;
-pub use read::{ReferenceMesh, read, read_mesh};
+pub use read::{ReferenceMesh, read, read_mesh, read_surface};
 pub use source::{Cleaning, ScanSource};
 pub use survey::{ScanEntry, SurfaceFigures, Survey, survey};
+pub(crate) use spacing::spacings;
 pub use unit::{Unit, UnknownUnit};
 
 use crate::mesh::{TriangleMesh, retain_marked};

@@ -19,6 +19,8 @@ pub struct ReadOptions {
     pub keep_largest: bool,
     /// Points that lie on no surface are left out of a cloud.
     pub drop_outliers: bool,
+    /// Triangles are made of a cloud: a surface through its points.
+    pub surface: bool,
     /// The most triangles of a mesh, which is simplified, and the most points of a cloud.
     pub decimate: Option<usize>,
 }

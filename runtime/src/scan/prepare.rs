@@ -1,5 +1,6 @@
 //! From the geometry of a file to a scan: cleaned, with normals and a noise.
 
+use super::attributes::Attributes;
 use super::clean::{self, Cleaned};
 use super::error::ScanFault;
 use super::normals::OverNeighbourhoods;
@@ -9,7 +10,7 @@ use super::raw::RawMesh;
 use super::simplify;
 use super::source::ScanSource;
 use super::unit::Unit;
-use super::{Scan, noise, normals};
+use super::{Scan, noise, normals, surface};
 use crate::mesh::TriangleMesh;
 
 /// Cleans a mesh (or a cloud) in memory as if it had been read from a file in millimetres; `name` stands for the path.
@@ -61,8 +62,6 @@ pub(super) fn finish(
     if !oriented && normals::turn_to_stations(&mut mesh, &attributes.stations) {
         oriented = true;
     }
-    source.points = mesh.positions.len();
-    source.triangles = mesh.triangles.len();
     if turned {
         warnings.push(
             "the triangles face away from the vertex normals of the same file: they were turned to agree with these"
@@ -70,7 +69,35 @@ pub(super) fn finish(
         );
     }
     let noise = settle_normals(&mut mesh, &mut oriented, given, &mut warnings);
+    if options.surface {
+        warnings.extend(make_surface(&mut mesh, &mut attributes, oriented, &mut source)?);
+    }
+    source.points = mesh.positions.len();
+    source.triangles = mesh.triangles.len();
     Ok(Scan { mesh, attributes, oriented, source, noise, warnings })
+}
+
+/// Makes triangles of a cloud; a sentence on what became of it.
+fn make_surface(
+    mesh: &mut TriangleMesh,
+    attributes: &mut Attributes,
+    oriented: bool,
+    source: &mut ScanSource,
+) -> Result<Option<String>, ScanFault> {
+    if !mesh.triangles.is_empty() {
+        return Ok(Some(format!("`{}`: it has triangles, so that --surface makes none", source.path)));
+    }
+    let points = mesh.positions.len();
+    let unused = surface::triangulate(mesh, attributes, oriented);
+    if mesh.triangles.is_empty() {
+        return Err(ScanFault::NoSurface { points });
+    }
+    source.cleaning.unused += unused as u64;
+    Ok(Some(format!(
+        "`{}`: {} triangles were made of its {points} points (--surface); {unused} points are in none",
+        source.path,
+        mesh.triangles.len()
+    )))
 }
 
 /// Replaces normals that agree with nothing; returns the noise.

@@ -231,6 +231,21 @@ fn mend_polygons(format: Format, raw: &mut RawMesh) -> Result<Vec<String>, ScanF
     Ok(own.chain(crossing).collect())
 }
 
+/// Reads a reference mesh, or makes one of a cloud of points.
+///
+/// # Errors
+/// As [`read_mesh`]; or no triangles can be made of the points.
+pub fn read_surface(path: &Path, unit: Option<Unit>) -> Result<ReferenceMesh, ScanError> {
+    match read_mesh(path, unit) {
+        Err(ScanError { fault: ScanFault::NoTriangles { .. }, .. }) => {
+            let options = ReadOptions { unit, surface: true, ..ReadOptions::default() };
+            let Scan { mesh, source, warnings, .. } = read(path, &options, &Silent)?;
+            Ok(ReferenceMesh { mesh, unit: source.unit, warnings })
+        }
+        other => other,
+    }
+}
+
 /// Reads a reference mesh: nothing is merged, and only triangles that a part has twice are dropped; texture coordinates
 /// and named parts are kept. Vertices are split where a corner's normal or texture coordinate differs; normals are
 /// scaled to unit length, or computed where the file has none.

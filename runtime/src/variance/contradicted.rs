@@ -16,13 +16,19 @@ pub(in crate::variance) fn contradicted(deviations: &Deviations, scan: &Scan, bv
     if !scan.oriented {
         return Vec::new();
     }
-    let texels = &deviations.texels;
     let space = EmptySpace::of(scan, bvh);
+    where_empty(deviations, |place, normal| space.contains(place, normal))
+}
+
+/// By texel, whether it has no distance and stands in empty space. `is_empty` says that of a place of the surface with
+/// its outward normal.
+pub(super) fn where_empty(deviations: &Deviations, is_empty: impl Fn(DVec3, DVec3) -> bool + Sync) -> Vec<bool> {
+    let texels = &deviations.texels;
     let lacks_distance =
         |i: usize| deviations.along(i).is_nan() && !deviations.is_buried(i) && !deviations.is_filled(i);
     let look = |i: usize| {
         let normal = DVec3::from_array(texels.normal[i].map(f64::from));
-        lacks_distance(i) && space.contains(DVec3::from_array(texels.position[i]), normal)
+        lacks_distance(i) && is_empty(DVec3::from_array(texels.position[i]), normal)
     };
     let mut found = texels.classify(&STRIDES, look);
     // Those between others that were looked at may have a distance.

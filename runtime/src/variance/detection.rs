@@ -22,10 +22,12 @@ pub struct ParameterCovariance<'a> {
 
 /// The level of detection of a part, as M3C2 defines it for pairs of scans (Lague, Brodu and Leroux, 'Accurate 3D
 /// comparison of complex topography with terrestrial laser scanner', 2013): at 95 % confidence, the scan's noise and
-/// the fit's uncertainty do not explain a deviation above 1.96 sqrt(noise^2 + model^2).
+/// the fit's uncertainty do not explain a deviation above 1.96 sqrt(noise^2 + model^2). In a cloud every texel has a
+/// level of its own, with its own uncertainty for the noise; `level` is that of the part's `noise`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Detection {
-    /// Standard deviation of a point of the scan along the normal. Millimetres.
+    /// Standard deviation of a point of the scan along the normal; in a cloud standard uncertainty of a texel's distance
+    /// by the scatter of the points about it, root mean square over the part. Millimetres.
     pub noise: f64,
     /// Standard deviation of the model's surface along its normal, from the covariance of the fitted parameters: root
     /// mean square over the part. Millimetres; 0 without a fit.
@@ -49,27 +51,40 @@ pub(in crate::variance) fn detect(
             surface_deviation(sensitivities, covariance, &deviations.texels, part)
         })
     };
-    let levels: Vec<(f64, f64)> = (0..texels.part_names.len())
-        .map(|part| {
-            let model = model(part);
-            (model, LEVEL * noise.hypot(model))
-        })
-        .collect();
-    let mut areas = vec![[0.0; 2]; levels.len()];
+    let noises = noises(deviations, noise);
+    let models: Vec<f64> = (0..texels.part_names.len()).map(model).collect();
+    let mut areas = vec![[0.0; 2]; models.len()];
     for (i, part) in texels.part.iter().enumerate() {
         let (signed, area) = (f64::from(deviations.signed(i)), f64::from(texels.area[i]));
         if !signed.is_nan() && area > 0.0 {
             let part = *part as usize;
-            areas[part][usize::from(signed.abs() > levels[part].1.max(deviations.precision))] += area;
+            let noise = deviations.uncertainty.get(i).map_or(noise, |u| f64::from(*u));
+            let level = LEVEL * noise.hypot(models[part]);
+            areas[part][usize::from(signed.abs() > level.max(deviations.precision))] += area;
         }
     }
-    let detection = |((model, level), [below, above]): ((f64, f64), [f64; 2])| Detection {
+    let detection = |((model, noise), [below, above]): ((f64, f64), [f64; 2])| Detection {
         noise,
         model,
-        level,
+        level: LEVEL * noise.hypot(model),
         significant: if below + above > 0.0 { above / (below + above) } else { 0.0 },
     };
-    levels.into_iter().zip(areas).map(detection).collect()
+    models.into_iter().zip(noises).zip(areas).map(detection).collect()
+}
+
+/// By part the noise of its texels: that of the scan's points, or of a cloud the root mean square of the texels' own
+/// uncertainties. Millimetres.
+fn noises(deviations: &Deviations, noise: f64) -> Vec<f64> {
+    let texels = &deviations.texels;
+    let mut sums = vec![(0.0, 0.0); texels.part_names.len()];
+    for (i, u) in deviations.uncertainty.iter().enumerate() {
+        let (area, square) = (f64::from(texels.area[i]).max(0.0), f64::from(*u).powi(2));
+        if !(deviations.signed(i).is_nan() || square.is_nan()) {
+            let (sum, total) = sums[texels.part[i] as usize];
+            sums[texels.part[i] as usize] = (sum + area * square, total + area);
+        }
+    }
+    sums.into_iter().map(|(sum, area)| if area > 0.0 { f64::sqrt(sum / area) } else { noise }).collect()
 }
 
 /// Root mean square over a part's sampled texels of the surface's standard deviation along its normal. Millimetres.

@@ -29,6 +29,9 @@ pub struct Deviations {
     /// Whether what the texel sees of the scan is a triangle across an edge or a step: it is no point of its part, and
     /// decides no verdict. Empty where none does.
     pub bridged: Vec<bool>,
+    /// Standard uncertainty of a distance to a cloud, by the scatter of the points about the texel; NaN where there is
+    /// no distance. Empty for distances to triangles, whose noise is that of the points. Millimetres.
+    pub uncertainty: Vec<f32>,
     /// Standard deviation of the scan's noise along its normals; 0 where it is not known. Millimetres.
     pub noise: f64,
     /// The rounding of the distances, which are computed in single precision: those that differ by less are equal.
@@ -55,6 +58,7 @@ impl Deviations {
             contradicted: Vec::new(),
             ambiguous: Vec::new(),
             bridged: Vec::new(),
+            uncertainty: Vec::new(),
             noise: 0.0,
             precision: 0.0,
             cosine: Vec::new(),

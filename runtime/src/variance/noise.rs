@@ -7,6 +7,7 @@
 //! the prediction has the variance s^2 (1 + h), where h is its leverage, the first diagonal element of the inverse
 //! normal matrix. The median of the errors' sizes over sqrt(1 + h), times 1.4826, is the estimate.
 
+use super::cloud::Cloud;
 use crate::feet::signed::SignedFoot;
 use crate::mesh::TriangleMesh;
 use crate::robust::{MAD_TO_SD, median};
@@ -20,6 +21,8 @@ const SAMPLES: usize = 20_000;
 const ENOUGH: usize = 50;
 /// The fewest neighbours that predict a distance: their plane has three coefficients.
 const FEWEST: usize = 8;
+/// Neighbours that predict the distance of a point of a cloud: as many as two rings of triangles have.
+const ABOUT: usize = 18;
 /// Cosine of the largest angle between the surface's normals at neighbouring points of one face, 30 degrees: chamfers
 /// turn by 45 degrees, and cylinders of two spacings by as much as this.
 pub(super) const SMOOTH: f64 = 0.86;
@@ -27,8 +30,7 @@ pub(super) const SMOOTH: f64 = 0.86;
 /// The standard deviation of the noise in millimetres; none where too few points have neighbours on the same face.
 /// `feet` are those of the scan's points.
 pub(super) fn along_normals(mesh: &TriangleMesh, feet: &[Option<SignedFoot>]) -> Option<f64> {
-    let step = feet.len().div_ceil(SAMPLES).max(1);
-    let samples: Vec<u32> = (0..feet.len() as u32).step_by(step).filter(|i| feet[*i as usize].is_some()).collect();
+    let samples = samples(feet);
     let first = rings(mesh, &samples);
     let mut about: Vec<u32> = first.iter().flatten().copied().collect();
     about.sort_unstable();
@@ -42,7 +44,26 @@ pub(super) fn along_normals(mesh: &TriangleMesh, feet: &[Option<SignedFoot>]) ->
         let here = feet[*i as usize].as_ref()?;
         predicted(here, near.iter().filter_map(|j| feet[*j as usize].as_ref()))
     };
-    let mut errors: Vec<f64> = samples.par_iter().zip(&first).filter_map(error).collect();
+    deviation(samples.par_iter().zip(&first).filter_map(error).collect())
+}
+
+/// The same of a cloud, by the points whose feet are the nearest on the surface.
+pub(super) fn of_cloud(cloud: &Cloud<'_>, feet: &[Option<SignedFoot>]) -> Option<f64> {
+    let samples = samples(feet);
+    let about = cloud.neighbours(&samples, ABOUT);
+    let error = |(i, near): (&u32, &Vec<u32>)| {
+        predicted(feet[*i as usize].as_ref()?, near.iter().filter_map(|j| feet[*j as usize].as_ref()))
+    };
+    deviation(samples.par_iter().zip(&about).filter_map(error).collect())
+}
+
+/// Some of the points that have feet.
+fn samples(feet: &[Option<SignedFoot>]) -> Vec<u32> {
+    let step = feet.len().div_ceil(SAMPLES).max(1);
+    (0..feet.len() as u32).step_by(step).filter(|i| feet[*i as usize].is_some()).collect()
+}
+
+fn deviation(mut errors: Vec<f64>) -> Option<f64> {
     if errors.len() < ENOUGH {
         return None;
     }

@@ -21,12 +21,15 @@ pub(crate) struct Facings {
     pub(crate) contested: Vec<String>,
 }
 
-/// A sample of a part with the closest point of the scan.
-struct Vote {
-    texel: usize,
-    distance: f64,
+/// A place of a part with the closest one of the scan.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PartVote {
+    /// The number of the place among those that were looked at.
+    pub(super) of: usize,
+    /// Millimetres.
+    pub(super) distance: f64,
     /// 1 if the scan faces the same way there, -1 if not.
-    sign: f64,
+    pub(super) sign: f64,
 }
 
 impl Facings {
@@ -34,39 +37,55 @@ impl Facings {
     /// the nearer half of a part's sample votes, so that neither the other side of a wall nor gross deviations decide.
     pub(crate) fn of(texels: &Texels, scan: &TriangleMesh, bvh: &Bvh, max_distance: f64) -> Self {
         let samples = texels.samples_of_parts(SAMPLES);
-        let votes: Vec<Vec<Vote>> =
-            samples.iter().map(|sample| votes(texels, sample, scan, bvh, max_distance)).collect();
-        let sum = |votes: &[Vote]| votes.iter().map(|v| v.sign).sum::<f64>();
+        let votes = samples.iter().map(|sample| votes(texels, sample, scan, bvh, max_distance)).collect();
+        let own_side = |votes: &[PartVote], turn: f64| -> Vec<Option<f64>> {
+            let of_vote = |vote: &PartVote| {
+                let normal = texels.normal[vote.of].map(|c| turn * f64::from(c));
+                let closest =
+                    bvh.closest_point_facing(texels.position[vote.of].into(), max_distance, normal.into(), 0.0);
+                closest.map(|c| c.distance)
+            };
+            votes.iter().map(of_vote).collect()
+        };
+        Self::of_votes(&texels.part_names, votes, own_side)
+    }
+
+    /// By the votes of each of the parts of some names. `own_side` has the distances, from the places of some votes, to
+    /// the nearest surface that faces as the part does after the scan was turned, if the number is -1.
+    pub(super) fn of_votes(
+        names: &[String],
+        mut votes: Vec<Vec<PartVote>>,
+        own_side: impl Fn(&[PartVote], f64) -> Vec<Option<f64>>,
+    ) -> Self {
+        for votes in &mut votes {
+            votes.sort_by(|a, b| a.distance.total_cmp(&b.distance));
+            votes.truncate(votes.len().div_ceil(2));
+        }
+        let sum = |votes: &[PartVote]| votes.iter().map(|v| v.sign).sum::<f64>();
         let all: usize = votes.iter().map(Vec::len).sum();
         let against: usize = votes.iter().filter(|v| sum(v) < 0.0).map(Vec::len).sum();
         let reversed = all > 0 && against as f64 >= REVERSED * all as f64;
         let turn = if reversed { -1.0 } else { 1.0 };
-        let is_contested = |votes: &Vec<Vote>| {
-            let own_side = |vote: &&Vote| {
-                let normal = texels.normal[vote.texel].map(|c| turn * f64::from(c));
-                let closest =
-                    bvh.closest_point_facing(texels.position[vote.texel].into(), max_distance, normal.into(), 0.0);
-                closest.is_some_and(|c| c.distance <= OTHER_SIDE * vote.distance)
-            };
-            turn * sum(votes) < 0.0 && 2 * votes.iter().filter(own_side).count() < votes.len()
+        let is_contested = |votes: &Vec<PartVote>| {
+            let has_own_side =
+                |(vote, own): (&PartVote, Option<f64>)| own.is_some_and(|d| d <= OTHER_SIDE * vote.distance);
+            turn * sum(votes) < 0.0
+                && 2 * votes.iter().zip(own_side(votes, turn)).filter(|v| has_own_side(*v)).count() < votes.len()
         };
-        let parts = texels.part_names.iter().zip(&votes);
+        let parts = names.iter().zip(&votes);
         Self { reversed, contested: parts.filter(|(_, v)| is_contested(v)).map(|(name, _)| name.clone()).collect() }
     }
 }
 
-fn votes(texels: &Texels, sample: &[usize], scan: &TriangleMesh, bvh: &Bvh, max_distance: f64) -> Vec<Vote> {
+fn votes(texels: &Texels, sample: &[usize], scan: &TriangleMesh, bvh: &Bvh, max_distance: f64) -> Vec<PartVote> {
     let vote = |&texel: &usize| {
         let closest = bvh.closest_point(texels.position[texel].into(), max_distance)?;
         let normal = scan.triangle_normal(*scan.triangles.get(closest.triangle as usize)?)?;
         let cosine: f64 = (0..3).map(|k| normal[k] * f64::from(texels.normal[texel][k])).sum();
         // Edges, and whatever stands across the surface, do not vote.
-        (cosine.abs() > 0.5).then_some(Vote { texel, distance: closest.distance, sign: cosine.signum() })
+        (cosine.abs() > 0.5).then_some(PartVote { of: texel, distance: closest.distance, sign: cosine.signum() })
     };
-    let mut votes: Vec<Vote> = sample.iter().filter_map(vote).collect();
-    votes.sort_by(|a, b| a.distance.total_cmp(&b.distance));
-    votes.truncate(votes.len().div_ceil(2));
-    votes
+    sample.iter().filter_map(vote).collect()
 }
 
 /// Turns the normals and triangles of some parts. The model's `mesh` has one group per part, in the order of the

@@ -132,6 +132,18 @@ pub(in crate::variance) struct PointFeet {
 }
 
 impl PointSearch<'_> {
+    /// The feet of some places. `bvh` is the hierarchy over the triangles.
+    pub(in crate::variance) fn feet_of(
+        &self,
+        bvh: &Bvh,
+        places: &[Place],
+        max_distance: f64,
+    ) -> Vec<Option<SignedFoot>> {
+        let layout = self.parametrised.map(Parametrised::layout);
+        let target = target(self.parametrised.zip(layout.as_ref()), self.inverted, self.mesh, bvh);
+        target.feet(places, max_distance)
+    }
+
     /// The feet of all points of a scan. `bvh` is the hierarchy over the triangles, `max_angle` the largest angle
     /// between the scan's normals and the surface's, in radians, at most a right angle.
     pub(in crate::variance) fn feet(&self, bvh: &Bvh, scan: &Scan, max_distance: f64, max_angle: f64) -> PointFeet {
@@ -195,7 +207,7 @@ impl PointFeet {
 }
 
 /// The points of a scan, with their normals where the sides of the scan are known.
-fn places(scan: &Scan) -> Vec<Place> {
+pub(in crate::variance) fn places(scan: &Scan) -> Vec<Place> {
     let mesh = &scan.mesh;
     let normal = |i: usize| mesh.normals.get(i).filter(|_| scan.oriented).and_then(|n| DVec3::from(*n).try_normalize());
     mesh.positions.iter().enumerate().map(|(i, p)| Place { point: (*p).into(), normal: normal(i) }).collect()

@@ -5,8 +5,9 @@ use super::moments::null_as_nan;
 use super::statistics::PartTexels;
 use super::texel_widths::TexelSizes;
 use super::{
-    Conformance, DatumRelations, Detection, Deviations, DimensionVerdict, Explanation, FormDeviation, HoleSummary,
-    Matching, OverallVerdict, Peak, PointDistances, PointMeasure, Statistics, Tolerance, UnmatchedSummary, Verdict,
+    Conformance, CylinderSummary, DatumRelations, Detection, Deviations, DimensionVerdict, Explanation, FormDeviation,
+    HoleSummary, Matching, OverallVerdict, Peak, PointDistances, PointMeasure, Statistics, Tolerance, UnmatchedSummary,
+    Verdict,
 };
 use crate::model::{SensitivityMap, Texels};
 use crate::record::Record;
@@ -37,6 +38,9 @@ pub struct VarianceReport {
     /// Width of the band beside an edge in which averaged normals turn. Millimetres.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub averaging_width: Option<f64>,
+    /// The cylinders about the normals whose points have the distances, if the scan is a cloud: no rays were cast then.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cylinder: Option<CylinderSummary>,
     /// Length of the rays. Millimetres.
     pub max_distance: f64,
     /// Standard deviation of the noise of the scan's points along the surface's normals. Millimetres.
@@ -234,6 +238,7 @@ impl VarianceReport {
             matching: all(),
             spikes: 0,
             averaging_width: None,
+            cylinder: None,
             max_distance: range,
             noise: deviations.noise,
             device: device.to_owned(),

@@ -27,12 +27,16 @@ pub(in crate::variance) struct Unmatched {
 /// Figures of the part of a scan that the model does not explain.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct UnmatchedSummary {
-    /// Area of the unexplained triangles. Square millimetres.
+    /// Area of the unexplained triangles; in a cloud that which unexplained points stand for by their spacing. Square
+    /// millimetres.
     pub area: f64,
     /// `area` divided by the scan's area; 0 if that is 0.
     pub share: f64,
     /// Number of triangles.
     pub triangles: usize,
+    /// Number of points of a cloud, which has no triangles.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub points: usize,
     /// Number of pieces. Triangles of one piece share vertices, or lie as close to each other as their corners do
     /// (scanners leave slits between the views).
     pub pieces: usize,
@@ -43,10 +47,13 @@ pub struct UnmatchedSummary {
 /// A connected piece of the scan.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Piece {
-    /// Area. Square millimetres.
+    /// Area; in a cloud that which its points stand for by their spacing. Square millimetres.
     pub area: f64,
     /// Number of triangles.
     pub triangles: usize,
+    /// Number of points of a cloud.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub points: usize,
     /// Centre of gravity of the area, in the scan's coordinates. Millimetres.
     #[serde(alias = "center")]
     pub centre: [f64; 3],
@@ -54,6 +61,35 @@ pub struct Piece {
     pub low: [f64; 3],
     /// Greatest corner of the bounding box. Millimetres.
     pub high: [f64; 3],
+}
+
+fn is_zero(count: &usize) -> bool {
+    *count == 0
+}
+
+impl UnmatchedSummary {
+    /// Whether the model explains the whole scan.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.triangles == 0 && self.points == 0
+    }
+
+    /// Of the pieces, the largest first; `whole` is the area of the scan. Square millimetres.
+    pub(in crate::variance) fn of_pieces<'p>(
+        pieces: impl ExactSizeIterator<Item = &'p Piece> + Clone,
+        whole: f64,
+    ) -> Self {
+        // The sum of nothing is -0.
+        let area = 0.0 + pieces.clone().map(|piece| piece.area).sum::<f64>();
+        Self {
+            area,
+            share: if whole > 0.0 { area / whole } else { 0.0 },
+            triangles: pieces.clone().map(|piece| piece.triangles).sum(),
+            points: pieces.clone().map(|piece| piece.points).sum(),
+            pieces: pieces.len(),
+            largest: pieces.take(LISTED).cloned().collect(),
+        }
+    }
 }
 
 impl Unmatched {
@@ -74,16 +110,7 @@ impl Unmatched {
             pieces(scan, &left).into_iter().map(|triangles| (piece(scan, &triangles), triangles)).collect();
         // The sort is stable: pieces of one size stay in the order of the scan.
         pieces.sort_by(|a, b| b.0.area.total_cmp(&a.0.area));
-        // The sum of nothing is -0.
-        let area = 0.0 + pieces.iter().map(|(p, _)| p.area).sum::<f64>();
-        let scan_area = scan.area();
-        let summary = UnmatchedSummary {
-            area,
-            share: if scan_area > 0.0 { area / scan_area } else { 0.0 },
-            triangles: left.len(),
-            pieces: pieces.len(),
-            largest: pieces.iter().take(LISTED).map(|(p, _)| p.clone()).collect(),
-        };
+        let summary = UnmatchedSummary::of_pieces(pieces.iter().map(|(piece, _)| piece), scan.area());
         let mut mesh = scan.submesh(pieces.iter().flat_map(|(_, triangles)| triangles).copied());
         for (k, (piece, _)) in pieces.iter().enumerate() {
             let start = mesh.groups.last().map_or(0, |g| g.end);
@@ -159,7 +186,7 @@ fn piece(mesh: &TriangleMesh, triangles: &[[u32; 3]]) -> Piece {
     let bounds: Bounds = triangles.iter().flat_map(|t| mesh.corners(*t)).collect();
     let Bounds { low, high } = bounds;
     let centre = if area > 0.0 { moment / area } else { bounds.centre() };
-    Piece { area, triangles: triangles.len(), centre: centre.into(), low: low.into(), high: high.into() }
+    Piece { area, triangles: triangles.len(), points: 0, centre: centre.into(), low: low.into(), high: high.into() }
 }
 
 #[cfg(test)]

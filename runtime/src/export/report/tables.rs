@@ -78,6 +78,11 @@ pub(super) fn statistics(variance: &VarianceReport) -> String {
         <tr><th>Part</th><th>Area, mm&sup2;</th><th>Coverage</th><th>Mean</th><th>SD</th><th>RMS</th><th>Median</th>\
         <th>95 %</th><th>Max</th><th>Mean</th><th>SD</th><th>Min</th><th>Max</th></tr></thead>\n";
     table("Deviations by part, weighted by area", head, all.chain(parts).chain(groups), &mut out);
+    if let Some(cylinder) = &variance.cylinder {
+        let mut said = cylinder.sentence(number);
+        said[..1].make_ascii_uppercase();
+        let _ = writeln!(out, "<p class=\"convention\">{}.</p>", escape(&said));
+    }
     percentiles(variance, &mut out);
     detection(variance, &mut out);
     conformance(variance, &mut out);
@@ -280,7 +285,7 @@ fn forms(variance: &VarianceReport, out: &mut String) {
 /// The part of the scan that is farther from the model than distances reach (millimetres).
 fn left_over(unmatched: &UnmatchedSummary, max_distance: f64, out: &mut String) {
     let _ = writeln!(out, "<h3>Farther from the model than {} mm</h3>", number(max_distance));
-    if unmatched.triangles == 0 {
+    if unmatched.is_empty() {
         let _ = writeln!(
             out,
             "<p class=\"convention\">Distances reach as far. Nothing of the scan is farther away, or faces another way only.</p>"
@@ -295,11 +300,11 @@ fn left_over(unmatched: &UnmatchedSummary, max_distance: f64, out: &mut String) 
         100.0 * unmatched.share,
         unmatched.pieces
     );
-    let head = "<thead><tr><th>Piece</th><th>Area, mm&sup2;</th><th>Triangles</th>\
+    let head = "<thead><tr><th>Piece</th><th>Area, mm&sup2;</th><th>Triangles or points</th>\
         <th colspan=\"3\">Centre, mm</th><th colspan=\"3\">Size, mm</th></tr></thead>\n";
     let row = |(k, piece): (usize, &Piece)| {
         let size = piece.high.iter().zip(piece.low).map(|(high, low)| high - low);
-        let mut cells = vec![k.to_string(), number(piece.area), piece.triangles.to_string()];
+        let mut cells = vec![k.to_string(), number(piece.area), (piece.triangles + piece.points).to_string()];
         cells.extend(piece.centre.into_iter().chain(size).map(number));
         row_of(&cells)
     };

@@ -25,6 +25,7 @@ mod viewpoints;
 
 pub use encoding::SceneFormat;
 pub use metadata::metadata;
+pub(crate) use scan::TRIANGLES as MOST_SURFELS;
 
 use super::scale::Scale;
 use crate::mesh::TriangleMesh;

@@ -8,7 +8,7 @@ use std::borrow::Cow;
 use std::collections::HashMap;
 
 /// Triangles up to which a scan is shown as it is, and the number that others are brought near to.
-const TRIANGLES: usize = 16_000;
+pub(crate) const TRIANGLES: usize = 16_000;
 
 /// Triangles of clustered vertices to a cell that the surface passes through: two to a vertex, and a surface that lies
 /// obliquely passes through half as many cells again as its area has of their faces.

@@ -7,6 +7,8 @@ use super::filter::Place;
 use crate::bvh::Bvh;
 use crate::mesh::TriangleMesh;
 use crate::variance::Deviations;
+use crate::variance::cloud::Cloud;
+use crate::variance::scanned::Scanned;
 use glam::DVec3;
 use rayon::prelude::*;
 use std::collections::HashMap;
@@ -35,14 +37,16 @@ pub(in crate::variance) struct Members<'d> {
 }
 
 impl<'d> Members<'d> {
-    /// `shapes` are the forms of the parts, `bvh` the hierarchy over the scan.
+    /// `shapes` are the forms of the parts.
     pub(in crate::variance) fn new(
         deviations: &'d Deviations,
         shapes: &'d [Option<Recognised>],
-        mesh: &TriangleMesh,
-        bvh: &Bvh,
+        scanned: Scanned<'_>,
     ) -> Self {
-        let of_parts = of_parts(deviations, shapes.len(), mesh, bvh);
+        let of_parts = match scanned {
+            Scanned::Triangles { mesh, bvh } => of_parts(deviations, shapes.len(), mesh, bvh),
+            Scanned::Points { mesh, cloud } => of_cloud(cloud, shapes.len(), mesh),
+        };
         Self { deviations, shapes, of_parts, texels: deviations.texels.samples_of_parts(usize::MAX) }
     }
 
@@ -81,6 +85,16 @@ impl<'d> Members<'d> {
         let step = self.texels[part].len().div_ceil(EXACT_SAMPLES).max(1);
         self.surface(part).step_by(step).collect()
     }
+}
+
+/// The points of a cloud by part, whose feet are on it.
+fn of_cloud(cloud: Option<&Cloud<'_>>, parts: usize, mesh: &TriangleMesh) -> Vec<Vec<Member>> {
+    let member = |(point, position, normal): &(u32, DVec3, DVec3)| Member {
+        point: DVec3::from(mesh.positions[*point as usize]),
+        place: Place { position: *position, normal: *normal },
+    };
+    let members = cloud.map_or_else(|| vec![Vec::new(); parts], |cloud| cloud.members(parts));
+    members.iter().map(|of_part| of_part.iter().map(member).collect()).collect()
 }
 
 /// The scan's points by part: those that are the nearest corner of a triangle that texels of one part see, and none of

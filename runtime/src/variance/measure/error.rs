@@ -23,9 +23,9 @@ pub enum MeasureError {
     Cast(#[from] CastError),
     /// The scan has points only.
     #[error(
-        "{path}: is a point cloud without triangles, so that no rays can be cast at it; mesh it first (gmlc fit accepts it as it is)"
+        "{path}: is a point cloud without triangles, which has no edges of holes to close: leave out --fill-holes, or make triangles of it with --surface"
     )]
-    PointCloud {
+    HolesOfCloud {
         /// Path of the scan.
         path: String,
     },

@@ -1,5 +1,6 @@
 //! The whole measurement of a scan against a surface.
 
+mod distances;
 mod error;
 mod options;
 
@@ -8,34 +9,31 @@ pub use options::MeasureOptions;
 
 use super::agreement::Limits;
 use super::averaging::{DEFAULT_WIDTH, MAX_WIDTH, average_normals};
-use super::cast::hide_behind_filled;
-use super::cast::{self, Cast};
-use super::contradicted::contradicted;
+use super::cloud::{self, Cloud};
 use super::detection::detect;
 use super::explained::explain;
 use super::form::{
     Members, ScanNoise, ScannedSurface, form_deviations, on_bridges, point_measures, recognise, relations, unfit,
 };
-use super::holes::FilledHoles;
-use super::matching::refuse_foreign;
-use super::noise;
 use super::nothing::{self, Misfit};
 use super::orientation::{Facings, turn, turn_mesh};
 use super::peaks::peaks;
 use super::points::{PointParts, PointSearch};
 use super::reach::Reach;
+use super::scanned::Scanned;
 use super::surface::{Parametrised, Surface};
 use super::unmatched::Unmatched;
 use super::verdict::Grounds;
 use super::{
-    CastError, Deviations, Device, DistanceKind, Facing, Matching, MeasuredPoints, ParameterCovariance, Reference,
-    SensitivityRange, Tolerance, VarianceReport,
+    Deviations, Device, DistanceKind, Matching, MeasuredPoints, ParameterCovariance, Reference, SensitivityRange,
+    Tolerance, VarianceReport,
 };
 use crate::bvh::Bvh;
 use crate::mesh::TriangleMesh;
 use crate::model::{Sensitivities, SensitivityMaps, Tessellation, Texels};
 use crate::progress::Progress;
 use crate::scan::{Scan, TURNED};
+use distances::{Found, Grounded};
 use std::time::Instant;
 
 /// The maximum distance as a fraction of the model's diagonal, unless the options name one.
@@ -64,7 +62,7 @@ pub struct Measurement {
     pub report: VarianceReport,
     /// The scan's points with their distances from the surface.
     pub points: MeasuredPoints,
-    /// The triangles of the scan that the model does not explain.
+    /// The triangles of the scan that the model does not explain, or of a cloud the points.
     pub unmatched: TriangleMesh,
     /// The triangles that close holes of the scan, if that was requested.
     pub filled: Option<TriangleMesh>,
@@ -75,18 +73,12 @@ pub struct Measurement {
     pub sensitivity_maps: Option<SensitivityMaps>,
 }
 
-/// The noise of a scan's points, of a standard deviation `sd` (millimetres), and their density on its surface.
-fn noise_of(scan: &Scan, sd: f64) -> ScanNoise {
-    let area = scan.mesh.area().max(f64::MIN_POSITIVE);
-    ScanNoise { sd, density: scan.mesh.positions.len() as f64 / area }
-}
-
-/// Measures the deviations of a scan from a surface (\[VA\] sect. 5 and 6): casts rays from the texels of the surface,
-/// computes statistics, tolerances, levels of detection and deviations of form, and finds what the model does not
+/// Measures the deviations of a scan from a surface (\[VA\] sect. 5 and 6): casts rays from the texels of the surface, or
+/// takes the points of a cloud in cylinders about their normals, computes statistics, tolerances, levels of detection and deviations of form, and finds what the model does not
 /// explain. `covariance` is that of the fitted parameters, if the model was fitted.
 ///
 /// # Errors
-/// If the scan is a point cloud, the surface cannot be evaluated or has no texture, no hierarchy can be built, or an
+/// If holes of a point cloud are to be closed, the surface cannot be evaluated or has no texture, no hierarchy can be built, or an
 /// option is out of range.
 pub fn measure(
     reference: Reference<'_>,
@@ -95,17 +87,24 @@ pub fn measure(
     options: &MeasureOptions,
     progress: &dyn Progress,
 ) -> Result<Measurement, MeasureError> {
-    require_triangles(scan)?;
+    require_what_scan_has(scan, options)?;
     progress.report("sampling the surface", f64::NAN, "");
     let mut surface = Surface::new(reference, options.resolution)?;
     let tolerances: Vec<Option<Tolerance>> = surface.tolerances.iter().map(|t| t.or(options.tolerance)).collect();
     let size = surface.tessellation.mesh.bounds().diagonal();
     let max_distance = max_distance(options.max_distance, size, &tolerances, scan.noise)?;
-    progress.report("building hierarchy", f64::NAN, &format!("{} triangles", scan.mesh.triangles.len()));
+    let is_cloud = scan.mesh.triangles.is_empty();
+    let size = if is_cloud { scan.source.points } else { scan.mesh.triangles.len() };
+    progress.report(
+        "building hierarchy",
+        f64::NAN,
+        &format!("{size} {}", if is_cloud { "points" } else { "triangles" }),
+    );
     let started = Instant::now();
     let unusable = |error| MeasureError::Scan { path: scan.source.path.clone(), error };
+    let hierarchy = |scan: &Scan| if is_cloud { Ok(None) } else { Bvh::build(&scan.mesh).map(Some) };
     unless_cancelled(progress)?;
-    let bvh = Bvh::build(&scan.mesh).map_err(unusable)?;
+    let bvh = hierarchy(scan).map_err(unusable)?;
     unless_cancelled(progress)?;
     let build = started.elapsed().as_secs_f64();
 
@@ -114,14 +113,14 @@ pub fn measure(
         turn(&mut surface.texels, &mut surface.tessellation.mesh, &surface.inverted);
         displayed.iter_mut().for_each(|displayed| turn_mesh(&mut displayed.mesh, &surface.inverted));
     }
-    let Facings { reversed, contested } = Facings::of(&surface.texels, &scan.mesh, &bvh, max_distance);
+    let Facings { reversed, contested } = facings(&surface, scan, bvh.as_ref(), max_distance)?;
     let turned = reversed.then(|| scan.turned());
     let scan = turned.as_ref().unwrap_or(scan);
-    let bvh = if reversed { Bvh::build(&scan.mesh).map_err(unusable)? } else { bvh };
+    let bvh = if reversed { hierarchy(scan).map_err(unusable)? } else { bvh };
     let sensitivities = surface.sensitivities()?;
     let maps = if options.sensitivity_maps { surface.sensitivity_maps()? } else { None };
-    progress.report("casting rays", f64::NAN, &format!("{} texels", surface.texels.len()));
-    let started = Instant::now();
+    let work = if is_cloud { "measuring in cylinders" } else { "casting rays" };
+    progress.report(work, f64::NAN, &format!("{} texels", surface.texels.len()));
     unless_cancelled(progress)?;
     let Surface { mut tessellation, mut texels, notices, seconds, buried, parametrised, inverted, .. } = surface;
     // Forms are those of the surface itself, before normals are averaged.
@@ -130,36 +129,12 @@ pub fn measure(
     let (averaging_width, cosine) = averaged(&mut texels, &mut tessellation, displayed.as_mut(), options)?;
     let displayed = displayed.unwrap_or_else(|| tessellation.displayed(&texels));
     unless_cancelled(progress)?;
-    let Cast { mut deviations, device, notice } = cast_rays(texels, scan, &bvh, max_distance, options)?;
-    deviations.cosine = cosine;
-    deviations.noise = scan.noise;
-    let holes = options.fill_holes.map(|size| FilledHoles::new(&scan.mesh, size));
-    if let Some(holes) = &holes {
-        hide_behind_filled(&mut deviations, holes, &bvh, facing(scan, options), options.distance)?;
-    }
-    deviations.bury(buried);
-    let cast = started.elapsed().as_secs_f64();
-    unless_cancelled(progress)?;
-
-    let started = Instant::now();
     let model = Bvh::build(&tessellation.mesh).map_err(MeasureError::Surface)?;
-    let spikes = match options.matching {
-        Matching::Mutual => refuse_foreign(&mut deviations, options.distance, scan, &bvh, &tessellation, &model),
-        Matching::All => 0,
-    };
-    let matching = started.elapsed().as_secs_f64();
-    unless_cancelled(progress)?;
-    let started = Instant::now();
-    deviations.contradict(contradicted(&deviations, scan, &bvh));
-    unless_cancelled(progress)?;
-    let cast = cast + started.elapsed().as_secs_f64();
-
-    let started = Instant::now();
     let search = PointSearch { parametrised: parametrised.as_ref(), inverted: &inverted, mesh: &tessellation.mesh };
-    let feet = search.feet(&model, scan, max_distance, options.max_angle);
-    // Both pass shape for noise, where there is any that they do not know.
-    deviations.noise = noise::along_normals(&scan.mesh, &feet.feet).map_or(scan.noise, |noise| noise.min(scan.noise));
-    let points_seconds = started.elapsed().as_secs_f64();
+    let grounded =
+        Grounded { tessellation: &tessellation, model: &model, search, scan, max_distance, options, progress };
+    let Found { mut deviations, device, notice, holes, spikes, feet, cloud, cylinder, seconds: spent } =
+        grounded.find(texels, cosine, buried, bvh.as_ref())?;
     unless_cancelled(progress)?;
 
     let started = Instant::now();
@@ -175,40 +150,51 @@ pub fn measure(
     }
     let fit = sensitivities.as_ref().zip(covariance);
     let surface = ScannedSurface { feet: &feet.feet, bvh: &model };
-    deviations.bridged = on_bridges(&deviations, options.distance, &scan.mesh, surface);
-    let grounds = Grounds { deviations: &deviations, scan, bvh: &bvh, fit, options: options.verdict };
+    let cloud = cloud.as_ref().map(Cloud::new);
+    let scanned = match (&cloud, &bvh) {
+        (None, Some(bvh)) => Scanned::Triangles { mesh: &scan.mesh, bvh },
+        (cloud, _) => Scanned::Points { mesh: &scan.mesh, cloud: cloud.as_ref() },
+    };
+    if !is_cloud {
+        deviations.bridged = on_bridges(&deviations, options.distance, &scan.mesh, surface);
+    }
+    let grounds = Grounds { deviations: &deviations, scanned, fit, options: options.verdict };
     let conformance = grounds.assess(&mut report);
     unless_cancelled(progress)?;
     let limits: Vec<Limits> = tolerances.iter().map(|t| Limits::new(*t, deviations.noise)).collect();
     let parts = PointParts { names: &deviations.texels.part_names, limits: &limits, precision: deviations.precision };
     let (point_distances, points) = feet.distances(scan, parts);
     report.points = Some(point_distances);
-    let forms = form_deviations(&deviations, &shapes, noise_of(scan, deviations.noise), options.form_cutoff);
+    let noise = ScanNoise { sd: deviations.noise, density: scanned.density() };
+    let forms = form_deviations(&deviations, &shapes, noise, options.form_cutoff);
     report.parts.iter_mut().zip(forms).for_each(|(part, form)| part.form = form);
     report.peaks = peaks(&deviations, &tessellation, &report);
-    let members = || Members::new(&deviations, &shapes, &scan.mesh, &bvh);
+    let members = || Members::new(&deviations, &shapes, scanned);
     add_members(&mut report, reference, members, options.datum.as_deref());
     if let Some(maps) = &maps {
         let range = |map| SensitivityRange::new(map, &maps.texels, &deviations.texels);
         report.sensitivities = maps.maps.iter().map(range).collect();
     }
     report.distance = options.distance.name().to_owned();
-    report.matching = options.matching.name().to_owned();
+    report.matching = if is_cloud { Matching::Mutual } else { options.matching }.name().to_owned();
+    report.cylinder = cylinder;
     report.spikes = spikes;
     report.averaging_width = averaging_width;
     report.holes = holes.as_ref().map(|h| h.summary.clone());
     report.seconds.texels = seconds;
     report.seconds.build = build;
-    report.seconds.cast = cast;
-    report.seconds.matching = matching;
-    report.seconds.points = points_seconds;
+    report.seconds.cast = spent.cast;
+    report.seconds.matching = spent.matching;
+    report.seconds.points = spent.points;
     report.seconds.statistics = started.elapsed().as_secs_f64();
     report.warnings.extend(scan.warnings.iter().cloned().chain(notices));
     report.warnings.extend(notice);
     if let Some(Misfit::Little(likely)) = misfit {
         report.warnings.push(likely);
     }
-    if (options.distance, options.device) == (DistanceKind::Closest, Device::Gpu) {
+    if is_cloud {
+        report.warnings.extend(cloud_warnings(options));
+    } else if (options.distance, options.device) == (DistanceKind::Closest, Device::Gpu) {
         report.warnings.push("the GPU only casts rays: native code found the closest points".to_owned());
     }
     if reversed {
@@ -224,9 +210,11 @@ pub fn measure(
     unless_cancelled(progress)?;
     progress.report("finding what the model does not explain", f64::NAN, "");
     let started = Instant::now();
-    let unmatched = Unmatched::new(&scan.mesh, &model, max_distance, scan.oriented);
-    // A cloud has no surface of which an area could be said.
-    report.unmatched = (!scan.mesh.triangles.is_empty()).then_some(unmatched.summary);
+    let unmatched = match is_cloud {
+        true => cloud::unmatched(scan, &feet, &scanned),
+        false => Unmatched::new(&scan.mesh, &model, max_distance, scan.oriented),
+    };
+    report.unmatched = Some(unmatched.summary);
     report.seconds.unmatched = started.elapsed().as_secs_f64();
     Ok(Measurement {
         tessellation,
@@ -241,16 +229,45 @@ pub fn measure(
     })
 }
 
-/// Whether a scan can be measured: a point cloud without triangles cannot, and nothing that was found of it would be
-/// evidence of anything.
+/// Whether a scan has what the options ask for: a point cloud has no triangles, and so no edges of holes.
 ///
 /// # Errors
-/// [`MeasureError::PointCloud`].
-pub fn require_triangles(scan: &Scan) -> Result<(), MeasureError> {
-    if scan.mesh.triangles.is_empty() {
-        return Err(MeasureError::PointCloud { path: scan.source.path.clone() });
+/// [`MeasureError::HolesOfCloud`].
+pub fn require_what_scan_has(scan: &Scan, options: &MeasureOptions) -> Result<(), MeasureError> {
+    if scan.mesh.triangles.is_empty() && options.fill_holes.is_some() {
+        return Err(MeasureError::HolesOfCloud { path: scan.source.path.clone() });
     }
     Ok(())
+}
+
+/// Which way the scan faces, compared with the surface; nothing of a cloud whose sides are not known. `bvh` is the
+/// hierarchy over its triangles, none of a cloud.
+fn facings(surface: &Surface<'_>, scan: &Scan, bvh: Option<&Bvh>, max_distance: f64) -> Result<Facings, MeasureError> {
+    let Some(bvh) = bvh else {
+        if !scan.oriented {
+            return Ok(Facings::default());
+        }
+        let mesh = &surface.tessellation.mesh;
+        let model = Bvh::build(mesh).map_err(MeasureError::Surface)?;
+        let search = PointSearch { parametrised: surface.parametrised.as_ref(), inverted: &surface.inverted, mesh };
+        return Ok(cloud::facings(&search, &model, scan, &surface.texels.part_names, max_distance));
+    };
+    Ok(Facings::of(&surface.texels, &scan.mesh, bvh, max_distance))
+}
+
+/// Sentences on options that say something of rays only.
+fn cloud_warnings(options: &MeasureOptions) -> Vec<String> {
+    let mut warnings = Vec::new();
+    if options.device == Device::Gpu {
+        warnings.push("the GPU only casts rays: native code measured the distances to the cloud".to_owned());
+    }
+    if options.matching == Matching::All {
+        warnings.push(
+            "`--matching all` says something of rays: a point of a cloud belongs to the nearest place of the model alone"
+                .to_owned(),
+        );
+    }
+    warnings
 }
 
 /// Whether a part of a name, if there is a name, can be a datum. `has_form` says whether a part has a form.
@@ -338,26 +355,6 @@ fn averaged(
     }
     let cosine = average_normals(texels, tessellation, displayed, width).map_err(MeasureError::Surface)?;
     Ok(((!tessellation.origins.is_empty()).then_some(width), cosine))
-}
-
-fn facing(scan: &Scan, options: &MeasureOptions) -> Facing {
-    if scan.oriented { Facing::Within(options.max_angle) } else { Facing::Any }
-}
-
-fn cast_rays(
-    texels: Texels,
-    scan: &Scan,
-    bvh: &Bvh,
-    max_distance: f64,
-    options: &MeasureOptions,
-) -> Result<Cast, CastError> {
-    let facing = facing(scan, options);
-    match options.distance {
-        DistanceKind::Normal | DistanceKind::AveragedNormal => {
-            cast::cast(texels, bvh, max_distance, facing, options.device)
-        }
-        DistanceKind::Closest => cast::closest(texels, bvh, &scan.mesh, max_distance, facing),
-    }
 }
 
 /// Takes out the changes of parameters that the model cannot make.

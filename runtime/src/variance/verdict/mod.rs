@@ -15,10 +15,9 @@ pub use rule::{DecisionRule, Outcome};
 use super::detection::surface_variances;
 use super::moments::null_as_nan;
 use super::report::PartStatistics;
+use super::scanned::Scanned;
 use super::{Deviations, ParameterCovariance, Statistics, Tolerance, VarianceReport};
-use crate::bvh::Bvh;
 use crate::model::Sensitivities;
-use crate::scan::Scan;
 use decided::Decided;
 use extreme::Extreme;
 use footprints::{Footprint, footprints};
@@ -134,9 +133,7 @@ pub struct OverallVerdict {
 /// What verdicts are made from.
 pub(super) struct Grounds<'a> {
     pub(super) deviations: &'a Deviations,
-    pub(super) scan: &'a Scan,
-    /// The hierarchy over the scan.
-    pub(super) bvh: &'a Bvh,
+    pub(super) scanned: Scanned<'a>,
     pub(super) fit: Option<(&'a Sensitivities, ParameterCovariance<'a>)>,
     pub(super) options: VerdictOptions,
 }
@@ -254,20 +251,13 @@ impl Grounds<'_> {
         of_points.clamp(SHARE * area, LARGEST_SHARE * area).max(TEXELS * area / texels.len().max(1) as f64)
     }
 
-    /// Points of the scan per square millimetre, from the median area of the triangles at a sample of texels: a mesh
-    /// has half as many vertices as triangles.
+    /// Points of the scan per square millimetre, from the median area that one stands for at a sample of texels.
     fn density(&self, texels: &[u32], most: usize) -> f64 {
         let step = texels.len().div_ceil(most).max(1);
-        let area = |i: &u32| {
-            let (i, texels) = (*i as usize, &self.deviations.texels);
-            let direction = DVec3::from_array(texels.normal[i].map(f64::from));
-            let met = DVec3::from(texels.position[i]) + f64::from(self.deviations.along(i)) * direction;
-            let closest = self.bvh.closest_point(met, self.deviations.max_distance)?;
-            Some(self.scan.mesh.triangle_area(*self.scan.mesh.triangles.get(closest.triangle as usize)?))
-        };
+        let area = |i: &u32| self.scanned.area_of_point(self.deviations, *i as usize);
         let mut areas: Vec<f64> = texels.iter().step_by(step).filter_map(area).collect();
         areas.sort_by(f64::total_cmp);
-        areas.get(areas.len() / 2).map_or(0.0, |area| 0.5 / area.max(f64::MIN_POSITIVE))
+        areas.get(areas.len() / 2).map_or(0.0, |area| 1.0 / area.max(f64::MIN_POSITIVE))
     }
 
     /// Standard deviation of the fitted surface along its normal at each footprint: that at the nearest place for which

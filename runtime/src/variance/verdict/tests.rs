@@ -1,6 +1,8 @@
 use super::*;
+use crate::bvh::Bvh;
 use crate::mesh::TriangleMesh;
 use crate::model::{PartSensitivities, Texels};
+use crate::scan::Scan;
 use crate::scan::ScanSource;
 use crate::variance::{Device, Facing, cast};
 use gml_compiler::program::Quantity;
@@ -85,7 +87,12 @@ fn assessed(scan: &Scan, options: VerdictOptions, tolerances: &[Tolerance]) -> V
     let deviations = on_plate(&bvh, scan.noise);
     let assess = |tolerance: &Tolerance| {
         let mut report = VarianceReport::new(&deviations, &scan.source, "cpu", &[Some(*tolerance)]);
-        let grounds = Grounds { deviations: &deviations, scan, bvh: &bvh, fit: None, options };
+        let grounds = Grounds {
+            deviations: &deviations,
+            scanned: Scanned::Triangles { mesh: &scan.mesh, bvh: &bvh },
+            fit: None,
+            options,
+        };
         let map = grounds.assess(&mut report).unwrap();
         (report, map)
     };
@@ -181,7 +188,13 @@ fn one_texel_is_no_verdict() {
     let tolerance = Tolerance { lower: -0.5, upper: 0.5 };
     let mut report = VarianceReport::new(&deviations, &scan.source, "cpu", &[Some(tolerance)]);
     let options = VerdictOptions::default();
-    let map = Grounds { deviations: &deviations, scan: &scan, bvh: &bvh, fit: None, options }.assess(&mut report);
+    let map = Grounds {
+        deviations: &deviations,
+        scanned: Scanned::Triangles { mesh: &scan.mesh, bvh: &bvh },
+        fit: None,
+        options,
+    }
+    .assess(&mut report);
     assert_eq!(report.parts[0].statistics.tolerance.unwrap().texels_below, 1);
     assert_eq!(verdict(&report).outcome, Outcome::Conforms);
     assert_eq!(report.verdict.unwrap().outcome, Outcome::Conforms);
@@ -219,7 +232,9 @@ fn what_is_certain_is_not_hidden_by_what_is_doubtful() {
     let assess = |upper: f64| {
         let tolerance = Tolerance { lower: -1.0, upper };
         let mut report = VarianceReport::new(&deviations, &scan.source, "cpu", &[Some(tolerance)]);
-        Grounds { deviations: &deviations, scan: &scan, bvh: &bvh, fit, options }.assess(&mut report).unwrap();
+        Grounds { deviations: &deviations, scanned: Scanned::Triangles { mesh: &scan.mesh, bvh: &bvh }, fit, options }
+            .assess(&mut report)
+            .unwrap();
         verdict(&report).clone()
     };
     let beyond = assess(0.2);
@@ -247,7 +262,14 @@ fn what_was_hardly_measured_is_undecided() {
         let tolerance = Tolerance { lower, upper: 0.1 };
         let mut report = VarianceReport::new(&deviations, &scan.source, "cpu", &[Some(tolerance)]);
         let options = VerdictOptions::default();
-        Grounds { deviations: &deviations, scan: &scan, bvh: &bvh, fit: None, options }.assess(&mut report).unwrap();
+        Grounds {
+            deviations: &deviations,
+            scanned: Scanned::Triangles { mesh: &scan.mesh, bvh: &bvh },
+            fit: None,
+            options,
+        }
+        .assess(&mut report)
+        .unwrap();
         report
     };
     let count = whole.texels.len();
@@ -262,7 +284,9 @@ fn what_was_hardly_measured_is_undecided() {
     let tolerance = Tolerance { lower: -0.1, upper: 0.1 };
     let mut report = VarianceReport::new(&hole, &scan.source, "cpu", &[Some(tolerance)]);
     let options = VerdictOptions::default();
-    Grounds { deviations: &hole, scan: &scan, bvh: &bvh, fit: None, options }.assess(&mut report).unwrap();
+    Grounds { deviations: &hole, scanned: Scanned::Triangles { mesh: &scan.mesh, bvh: &bvh }, fit: None, options }
+        .assess(&mut report)
+        .unwrap();
     assert_eq!(verdict(&report).reasons, ["the scan shows empty space on 50.0 mm2 of it"]);
     // What is beyond its limits is, however little of it was measured.
     assert_eq!(verdict(&assess(count / 4, 0.05)).outcome, Outcome::DoesNotConform);
@@ -297,7 +321,9 @@ fn what_is_common_is_not_averaged() {
     let mut report = VarianceReport::new(&deviations, &scan.source, "cpu", &[Some(tolerance)]);
     let options = VerdictOptions { device_uncertainty: 0.03, ..VerdictOptions::default() };
     let fit = Some((&sensitivities, covariance));
-    Grounds { deviations: &deviations, scan: &scan, bvh: &bvh, fit, options }.assess(&mut report).unwrap();
+    Grounds { deviations: &deviations, scanned: Scanned::Triangles { mesh: &scan.mesh, bvh: &bvh }, fit, options }
+        .assess(&mut report)
+        .unwrap();
     let found = verdict(&report);
     assert!((found.noise / (NOISE / found.points.sqrt()) - 1.0).abs() < 1e-9, "{found:?}");
     assert!((found.fit - 1e-3 * found.place[0]).abs() < 1e-3, "{found:?}");

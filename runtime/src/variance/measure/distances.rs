@@ -1,0 +1,158 @@
+//! The distances from the texels to the scan, and from its points to the surface.
+
+use super::{MeasureError, MeasureOptions, unless_cancelled};
+use crate::bvh::Bvh;
+use crate::mesh::TriangleMesh;
+use crate::model::{Tessellation, Texels};
+use crate::progress::Progress;
+use crate::scan::Scan;
+use crate::variance::cast::{self, Cast, hide_behind_filled};
+use crate::variance::cloud::{self, Cloud, CloudFeet, CylinderSummary, cylinders};
+use crate::variance::contradicted::contradicted;
+use crate::variance::holes::FilledHoles;
+use crate::variance::matching::refuse_foreign;
+use crate::variance::points::{PointFeet, PointSearch};
+use crate::variance::{CastError, Deviations, DistanceKind, Facing, Matching, noise};
+use std::time::Instant;
+
+/// What distances are found of.
+pub(super) struct Grounded<'a> {
+    pub(super) tessellation: &'a Tessellation,
+    /// The hierarchy over the tessellation.
+    pub(super) model: &'a Bvh,
+    pub(super) search: PointSearch<'a>,
+    pub(super) scan: &'a Scan,
+    /// Millimetres.
+    pub(super) max_distance: f64,
+    pub(super) options: &'a MeasureOptions,
+    pub(super) progress: &'a dyn Progress,
+}
+
+/// Distances both ways.
+pub(super) struct Found {
+    pub(super) deviations: Deviations,
+    /// What measured them.
+    pub(super) device: String,
+    /// A sentence if another device than the requested one did.
+    pub(super) notice: Option<String>,
+    /// Closed holes of the scan, if any were to be closed.
+    pub(super) holes: Option<FilledHoles>,
+    /// The number of the scan's spikes.
+    pub(super) spikes: usize,
+    /// The places of the surface that are nearest to the scan's points.
+    pub(super) feet: PointFeet,
+    /// The same of a cloud, in order of use.
+    pub(super) cloud: Option<CloudFeet>,
+    /// How distances to a cloud were measured.
+    pub(super) cylinder: Option<CylinderSummary>,
+    pub(super) seconds: Seconds,
+}
+
+/// Durations in seconds.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Seconds {
+    pub(super) cast: f64,
+    pub(super) matching: f64,
+    pub(super) points: f64,
+}
+
+impl Grounded<'_> {
+    /// From texels whose normals turned by angles of these cosines, if any did; `buried` are those inside of the
+    /// material. `bvh` is the hierarchy over the scan's triangles; none where it has points only.
+    pub(super) fn find(
+        &self,
+        texels: Texels,
+        cosine: Vec<f32>,
+        buried: Vec<bool>,
+        bvh: Option<&Bvh>,
+    ) -> Result<Found, MeasureError> {
+        match bvh {
+            Some(bvh) => self.by_rays(texels, cosine, buried, bvh),
+            None => self.by_cylinders(texels, cosine, buried),
+        }
+    }
+
+    fn by_rays(&self, texels: Texels, cosine: Vec<f32>, buried: Vec<bool>, bvh: &Bvh) -> Result<Found, MeasureError> {
+        let Self { scan, options, .. } = self;
+        let started = Instant::now();
+        let facing = if scan.oriented { Facing::Within(options.max_angle) } else { Facing::Any };
+        let Cast { mut deviations, device, notice } = self.cast_rays(texels, bvh, facing)?;
+        deviations.cosine = cosine;
+        deviations.noise = scan.noise;
+        let holes = options.fill_holes.map(|size| FilledHoles::new(&scan.mesh, size));
+        if let Some(holes) = &holes {
+            hide_behind_filled(&mut deviations, holes, bvh, facing, options.distance)?;
+        }
+        deviations.bury(buried);
+        let cast = started.elapsed().as_secs_f64();
+        unless_cancelled(self.progress)?;
+
+        let started = Instant::now();
+        let spikes = match options.matching {
+            Matching::Mutual => {
+                refuse_foreign(&mut deviations, options.distance, scan, bvh, self.tessellation, self.model)
+            }
+            Matching::All => 0,
+        };
+        let matching = started.elapsed().as_secs_f64();
+        unless_cancelled(self.progress)?;
+        let started = Instant::now();
+        deviations.contradict(contradicted(&deviations, scan, bvh));
+        unless_cancelled(self.progress)?;
+        let cast = cast + started.elapsed().as_secs_f64();
+
+        let started = Instant::now();
+        let feet = self.feet();
+        // Both pass shape for noise, where there is any that they do not know.
+        deviations.noise =
+            noise::along_normals(&scan.mesh, &feet.feet).map_or(scan.noise, |noise| noise.min(scan.noise));
+        let seconds = Seconds { cast, matching, points: started.elapsed().as_secs_f64() };
+        Ok(Found { deviations, device, notice, holes, spikes, feet, cloud: None, cylinder: None, seconds })
+    }
+
+    fn cast_rays(&self, texels: Texels, bvh: &Bvh, facing: Facing) -> Result<Cast, CastError> {
+        let Self { max_distance, options, .. } = self;
+        let mesh: &TriangleMesh = &self.scan.mesh;
+        match options.distance {
+            DistanceKind::Normal | DistanceKind::AveragedNormal => {
+                cast::cast(texels, bvh, *max_distance, facing, options.device)
+            }
+            DistanceKind::Closest => cast::closest(texels, bvh, mesh, *max_distance, facing),
+        }
+    }
+
+    fn by_cylinders(&self, texels: Texels, cosine: Vec<f32>, buried: Vec<bool>) -> Result<Found, MeasureError> {
+        let Self { scan, options, max_distance, .. } = self;
+        let started = Instant::now();
+        let feet = self.feet();
+        unless_cancelled(self.progress)?;
+        let of_cloud = CloudFeet::new(scan, &feet);
+        let cloud = Cloud::new(&of_cloud);
+        let noise = noise::of_cloud(&cloud, &feet.feet).map_or(scan.noise, |noise| noise.min(scan.noise));
+        let points = started.elapsed().as_secs_f64();
+        unless_cancelled(self.progress)?;
+
+        let started = Instant::now();
+        let (mut deviations, summary) = cylinders(texels, &cloud, options.distance, cosine, [*max_distance, noise]);
+        deviations.noise = noise;
+        deviations.bury(buried);
+        unless_cancelled(self.progress)?;
+        deviations.contradict(cloud::contradicted(&deviations, scan, cloud.spacings()));
+        let seconds = Seconds { cast: started.elapsed().as_secs_f64(), matching: 0.0, points };
+        Ok(Found {
+            deviations,
+            device: "cpu".to_owned(),
+            notice: None,
+            holes: None,
+            spikes: 0,
+            feet,
+            cloud: Some(of_cloud),
+            cylinder: Some(summary),
+            seconds,
+        })
+    }
+
+    fn feet(&self) -> PointFeet {
+        self.search.feet(self.model, self.scan, self.max_distance, self.options.max_angle)
+    }
+}
