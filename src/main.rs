@@ -34,6 +34,7 @@ mod saved;
 mod scan;
 mod script;
 mod search;
+mod several;
 mod subject;
 mod table;
 mod values;

@@ -13,6 +13,7 @@ mod error;
 mod file;
 mod format;
 mod formats;
+mod merged;
 mod neighbours;
 mod noise;
 mod normals;
