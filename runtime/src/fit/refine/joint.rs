@@ -37,9 +37,6 @@ pub(crate) struct Member<'a> {
     pub(crate) signs: Vec<i8>,
 }
 
-/// The mean losses at an end of the annealing, and the scales by which they are.
-pub(crate) type Scales = Vec<f64>;
-
 impl<'a> Joint<'a> {
     /// A shape and its poses by some problems' scans, at the scale at which a registration ends. The space of the
     /// shape is that of `level`.
@@ -100,8 +97,8 @@ impl<'a> Joint<'a> {
         self.members.iter().map(|member| member.loss).collect()
     }
 
-    /// The scales of all losses.
-    pub(crate) fn scales(&self) -> Scales {
+    /// By scan, the scale of its loss. Millimetres.
+    pub(crate) fn scales(&self) -> Vec<f64> {
         self.members.iter().map(|member| member.loss.sigma).collect()
     }
 
