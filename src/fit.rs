@@ -6,11 +6,11 @@ use crate::progress::TerminalProgress;
 use crate::provenance::Provenance;
 use crate::subject::Subject;
 use crate::values::{self, Range};
-use crate::{dimensions, info, interrupt, outputs, record, script, search, table};
+use crate::{dimensions, info, interrupt, outputs, record, script, search, several, table};
 use gml_compiler::program::{Program, Quantity};
 use gml_runtime::fit::{
-    self, Bootstrap, FitError, FitOptions, FitResult, HypothesisTest, InputValues, PoseCovariance, SearchError,
-    WithoutSd,
+    self, Bootstrap, FitError, FitOptions, FitResult, FittedScan, HypothesisTest, InputValues, PoseCovariance,
+    SearchError, WithoutSd,
 };
 use gml_runtime::scan::{self, Scan, ScanError, ScanFault};
 use std::path::Path;
@@ -18,8 +18,8 @@ use std::path::Path;
 pub(crate) fn run(args: &FitArgs) -> Result<(), CommandError> {
     let stated = record::fields_file(&args.script.model);
     for output in args.output.iter().chain(&args.controls.trace) {
-        let inputs = outputs::inputs([&args.script.model, &args.scan.scan, &stated], args.params.as_ref());
-        outputs::require_apart(output, inputs)?;
+        let given = [&args.script.model, &stated].into_iter().chain(several::paths(&args.scan, &args.more));
+        outputs::require_apart(output, outputs::inputs(given, args.params.as_ref()))?;
     }
     outputs::require_files(args.output.iter().chain(&args.controls.trace))?;
     let subject = Subject::compiled(&args.script, args.params.as_deref(), &args.search, &args.controls)?;
@@ -29,14 +29,14 @@ pub(crate) fn run(args: &FitArgs) -> Result<(), CommandError> {
     outputs::require_two(args.output.as_ref(), args.controls.trace.as_ref())?;
     let options = subject.options(&args.controls, &subject.program)?;
     let mut record = record::of_process(&args.report, &args.script.model)?;
-    let scan = read_scan(&args.scan)?;
-    record::add_inputs(&mut record, &scan.source, &subject.program, args.params.as_deref());
+    let scans = several::read(&args.scan, &args.more)?;
+    record::add_inputs(&mut record, &several::sources(&scans), &subject.program, args.params.as_deref());
     // The best so far is kept.
     let _grace = interrupt::grace();
     let progress = TerminalProgress::new();
-    let fitting = Fitting { subject: &subject, controls: &args.controls, search: &args.search, scan: &scan };
-    let (_, mut result) = fitting.run(&options, &progress)?;
-    result.warnings.extend(scan.warnings.iter().cloned());
+    let fitting = Fitting { subject: &subject, controls: &args.controls, search: &args.search, scans: &scans };
+    let Fitted { mut result, scan, .. } = fitting.run(&options, &progress)?;
+    result.warnings.extend(scan.as_ref().unwrap_or(&scans[0]).warnings.iter().cloned());
     result.provenance = Some(record);
     outputs::make_parents(args.output.iter().chain(&args.controls.trace))?;
     write_trace(args.controls.trace.as_deref(), &result)?;
@@ -59,19 +59,27 @@ pub(crate) struct Fitting<'a> {
     pub(crate) controls: &'a FitControls,
     /// Ranges of inputs; empty for a single fit.
     pub(crate) search: &'a [Range],
-    pub(crate) scan: &'a Scan,
+    /// One, or several of one object.
+    pub(crate) scans: &'a [Scan],
+}
+
+/// The outcome of a fit.
+pub(crate) struct Fitted {
+    /// The program with the selected inputs, of a search.
+    pub(crate) program: Option<Program>,
+    pub(crate) result: FitResult,
+    /// All scans as one, where there are several.
+    pub(crate) scan: Option<Scan>,
 }
 
 impl Fitting<'_> {
-    /// Fits with progress on a terminal. A search also returns the program with the selected inputs.
-    pub(crate) fn run(
-        &self,
-        options: &FitOptions,
-        progress: &TerminalProgress,
-    ) -> Result<(Option<Program>, FitResult), CommandError> {
+    /// Fits with progress on a terminal.
+    pub(crate) fn run(&self, options: &FitOptions, progress: &TerminalProgress) -> Result<Fitted, CommandError> {
         let Subject { script, program, provenance, .. } = self.subject;
+        let [scan] = self.scans else { return self.run_several(options, progress) };
         if self.search.is_empty() {
-            return Ok((None, run_fit(program, provenance, self.scan, options, progress)?));
+            let result = run_fit(program, provenance, scan, options, progress)?;
+            return Ok(Fitted { program: None, result, scan: None });
         }
         let values = search::combinations(program, &script.compile, self.search)?;
         let prepare = |inputs: &InputValues| -> Result<(Program, FitOptions), CommandError> {
@@ -80,14 +88,26 @@ impl Fitting<'_> {
             let options = self.subject.options(self.controls, &program)?;
             Ok((program, options))
         };
-        let selected = fit::search(values, self.scan, |inputs| prepare(inputs).map_err(|e| e.reason()), progress);
+        let selected = fit::search(values, scan, |inputs| prepare(inputs).map_err(|e| e.reason()), progress);
         progress.finish();
         let selected = selected.map_err(|error| match error {
             SearchError::Fit(error) => error.into(),
             error => CommandError::Failed(format!("--search: {error}")),
         })?;
-        let fit = provenance.named(selected.fit, &selected.model);
-        Ok((Some(selected.model), fit))
+        let result = provenance.named(selected.fit, &selected.model);
+        Ok(Fitted { program: Some(selected.model), result, scan: None })
+    }
+
+    fn run_several(&self, options: &FitOptions, progress: &TerminalProgress) -> Result<Fitted, CommandError> {
+        if !self.search.is_empty() {
+            let message = "--search takes one scan: find the inputs with one of them, and give them by --input";
+            return Err(CommandError::usage(message));
+        }
+        let Subject { program, provenance, .. } = self.subject;
+        let fitted = fit::fit_several(program, self.scans, options, progress);
+        progress.finish();
+        let fitted = fitted?;
+        Ok(Fitted { program: None, result: provenance.named(fitted.fit, program), scan: Some(fitted.scan) })
     }
 }
 
@@ -247,6 +267,35 @@ fn pose_deviations(covariance: &PoseCovariance) -> String {
     out
 }
 
+/// How well each of several scans is explained, and how well its pose is known.
+fn scans_table(scans: &[FittedScan]) -> String {
+    if scans.is_empty() {
+        return String::new();
+    }
+    let row = |scan: &FittedScan| {
+        let deviations = scan.pose_covariance.as_ref().map(PoseCovariance::deviations);
+        let largest = |sd: [f64; 3]| table::number(sd.into_iter().fold(0.0, f64::max));
+        vec![
+            scan.source.path.clone(),
+            scan.source.points.to_string(),
+            format!("{:.1}", 100.0 * scan.inliers),
+            table::number(scan.rms),
+            table::number(scan.noise),
+            deviations.map(|(shift, _)| largest(shift)).unwrap_or_default(),
+            deviations.map(|(_, turn)| largest(turn.map(f64::to_degrees))).unwrap_or_default(),
+            scan.agreement.map(|p| format!("{p:.2}")).unwrap_or_default(),
+        ]
+    };
+    let head = ["scan", "points", "inliers %", "rms mm", "noise mm", "pose sd mm", "sd deg", "agreement p"];
+    let mut out = table::render(&head, &scans.iter().map(row).collect::<Vec<_>>());
+    for scan in scans {
+        for symmetry in scan.pose_covariance.iter().flat_map(|covariance| &covariance.symmetries) {
+            out.push_str(&format!("  {}: its pose is held, not determined: {}\n", scan.source.path, symmetry.text));
+        }
+    }
+    out + "the pose and all places are those in the first scan\n"
+}
+
 /// The tables and sentences of a result.
 pub(crate) fn summary(fit: &FitResult) -> String {
     let rows: Vec<Vec<String>> = fit
@@ -278,6 +327,7 @@ pub(crate) fn summary(fit: &FitResult) -> String {
             out.push_str(&format!("  {} {} {}\n", r[0], r[1], r[2]));
         }
     }
+    out.push_str(&scans_table(&fit.scans));
     if let Some(covariance) = &fit.pose_covariance {
         out.push_str(&pose_deviations(covariance));
     }

@@ -2,13 +2,13 @@
 
 use crate::cli::InspectArgs;
 use crate::error::CommandError;
+use crate::fit::Fitted;
 use crate::progress::TerminalProgress;
 use crate::subject::Subject;
-use crate::{deviations, fit, interrupt, measure, outputs, record};
-use gml_compiler::program::Program;
+use crate::{deviations, fit, interrupt, measure, outputs, record, several};
 use gml_runtime::export::folder::{FIT, REPORT, ResultFolder};
 use gml_runtime::export::json;
-use gml_runtime::fit::{FitOptions, FitResult};
+use gml_runtime::fit::FitOptions;
 use gml_runtime::inspect::{InspectError, Inspection};
 use gml_runtime::record::Record;
 use gml_runtime::variance::{self, MeasureOptions};
@@ -33,27 +33,31 @@ pub(crate) fn inspect(
     mut record: Record,
     progress: &TerminalProgress,
 ) -> Result<(), CommandError> {
-    let inputs = outputs::inputs([&args.script.model, &args.scan.scan], args.params.as_ref());
+    let given = || several::paths(&args.scan, &args.more);
+    let inputs = outputs::inputs([&args.script.model].into_iter().chain(given()), args.params.as_ref());
     outputs::require_folder_apart(&args.output, !args.no_fit, inputs)?;
     outputs::require_files(&args.fit.trace)?;
     if let Some(trace) = &args.fit.trace {
         let stated = record::fields_file(&args.script.model);
-        outputs::require_apart(trace, outputs::inputs([&args.scan.scan, &stated], args.params.as_ref()))?;
+        let inputs = outputs::inputs([&stated].into_iter().chain(given()), args.params.as_ref());
+        outputs::require_apart(trace, inputs)?;
         outputs::require_apart_from_scripts(trace, &subject.program)?;
     }
     let fit_options = subject.options(&args.fit, &subject.program)?;
-    let scan = fit::read_scan(&args.scan)?;
-    record::add_inputs(&mut record, &scan.source, &subject.program, args.params.as_deref());
+    let scans = several::read(&args.scan, &args.more)?;
+    record::add_inputs(&mut record, &several::sources(&scans), &subject.program, args.params.as_deref());
     // Before the fit, which takes longer.
-    variance::require_what_scan_has(&scan, options)?;
-    measure::require_memory(&args.variance, &scan)?;
+    for scan in &scans {
+        variance::require_what_scan_has(scan, options)?;
+        measure::require_memory(&args.variance, scan)?;
+    }
     // A search may end with a model of other parts.
     if args.search.is_empty() {
         let parts: Vec<String> = subject.program.parts().iter().map(|part| part.name.clone()).collect();
         variance::require_datum(options.datum.as_deref(), &parts, |_| true)?;
     }
     let folder = outputs::begin(&args.output)?;
-    let fitting = fit::Fitting { subject, controls: &args.fit, search: &args.search, scan: &scan };
+    let fitting = fit::Fitting { subject, controls: &args.fit, search: &args.search, scans: &scans };
     let inspection = match document(&fitting, &fit_options, args, options, &record, progress, &folder) {
         Ok(inspection) => inspection,
         Err(error) => {
@@ -98,15 +102,18 @@ fn document(
 ) -> Result<Inspection, CommandError> {
     let subject = fitting.subject;
     let mut warnings = Vec::new();
-    let (searched, fitted) = match subject.saved.as_ref().filter(|_| args.no_fit) {
+    let Fitted { program: searched, result, scan } = match subject.saved.as_ref().filter(|_| args.no_fit) {
         Some(saved) => {
-            warnings.extend(saved.about_scan(&fitting.scan.source)?);
-            (None, saved.clone().into_measured(&subject.program, &subject.provenance))
+            let scan = several::in_frame_of_fit(fitting.scans.to_vec(), &saved.poses())?;
+            warnings.extend(saved.about_scan(&scan.source)?);
+            let result = saved.clone().into_measured(&subject.program, &subject.provenance);
+            Fitted { program: None, result, scan: Some(scan) }
         }
         None => fitted(fitting, fit_options, args, record, progress, folder)?,
     };
+    let scan = scan.as_ref().unwrap_or(&fitting.scans[0]);
     let program = searched.as_ref().unwrap_or(&subject.program);
-    let inspection = Inspection::of_fit(program, fitted, fitting.scan, options, progress);
+    let inspection = Inspection::of_fit(program, result, scan, options, progress);
     let mut inspection = inspection.map_err(|e| match e {
         InspectError::Measure(error) => error.into(),
         error => CommandError::failed(error),
@@ -115,9 +122,9 @@ fn document(
     inspection.measurement.report.warnings.extend(warnings);
     let (scripts, extras) = (record::scripts(program), measure::extras(&args.variance));
     let written = if outputs::is_fit_of(&args.output, args.params.as_deref()) {
-        inspection.documents(&scripts).write(folder.path(), fitting.scan, extras, progress)
+        inspection.documents(&scripts).write(folder.path(), scan, extras, progress)
     } else {
-        inspection.write(folder.path(), fitting.scan, &scripts, extras, progress)
+        inspection.write(folder.path(), scan, &scripts, extras, progress)
     };
     progress.finish();
     written.map_err(|e| outputs::failed(folder, e))?;
@@ -133,14 +140,14 @@ fn fitted(
     record: &Record,
     progress: &TerminalProgress,
     folder: &ResultFolder,
-) -> Result<(Option<Program>, FitResult), CommandError> {
+) -> Result<Fitted, CommandError> {
     let _grace = interrupt::grace();
-    let (searched, mut fitted) = fitting.run(options, progress)?;
-    fitted.provenance = Some(record.clone());
-    json::write(&folder.path().join(FIT), &fitted).map_err(|e| outputs::failed_write(folder, e))?;
-    fit::write_trace(args.fit.trace.as_deref(), &fitted)?;
-    fit::unless_interrupted(&fitted)?;
-    Ok((searched, fitted))
+    let mut fitted = fitting.run(options, progress)?;
+    fitted.result.provenance = Some(record.clone());
+    json::write(&folder.path().join(FIT), &fitted.result).map_err(|e| outputs::failed_write(folder, e))?;
+    fit::write_trace(args.fit.trace.as_deref(), &fitted.result)?;
+    fit::unless_interrupted(&fitted.result)?;
+    Ok(fitted)
 }
 
 /// Keeps the fit even if something failed after it.

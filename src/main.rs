@@ -37,6 +37,7 @@ mod scan;
 mod scanner;
 mod script;
 mod search;
+mod several;
 mod subject;
 mod table;
 mod values;

@@ -124,9 +124,9 @@ fn stated(text: &str) -> Result<Vec<Field>, String> {
     table.into_iter().map(field).collect()
 }
 
-/// Adds the scan, the texts of the script, and the fit that values were taken from.
-pub(crate) fn add_inputs(record: &mut Record, scan: &ScanSource, program: &Program, params: Option<&Path>) {
-    add_scan(record, scan);
+/// Adds the scans, the texts of the script, and the fit that values were taken from.
+pub(crate) fn add_inputs(record: &mut Record, scans: &[ScanSource], program: &Program, params: Option<&Path>) {
+    scans.iter().for_each(|scan| add_scan(record, scan));
     let scripts = program.sources().scripts();
     // The standard library belongs to the version.
     record.files.extend(scripts.map(|file| used("script", Path::new(file.name.as_str()), file.text.as_bytes())));

@@ -5,7 +5,7 @@ use crate::error::CommandError;
 use crate::progress::TerminalProgress;
 use crate::saved::SavedFit;
 use crate::script::{Valued, compile_valued};
-use crate::{deviations, dimensions, fit, measure, outputs, record, table};
+use crate::{deviations, dimensions, measure, outputs, record, several, table};
 use gml_compiler::program::Program;
 use gml_runtime::export::exchange::ParameterRow;
 use gml_runtime::export::folder::{FIT, REPORT, ResultFolder};
@@ -15,13 +15,14 @@ use gml_runtime::fit::FitResult;
 use gml_runtime::inspect::{self, Documents};
 use gml_runtime::model::Motion;
 use gml_runtime::record::Record;
-use gml_runtime::scan::{self, ReferenceMesh, Scan, Unit};
+use gml_runtime::scan::{self, ReferenceMesh, Scan, ScanSource, Unit};
 use gml_runtime::variance::{self, MeasureError, MeasureOptions, Measurement, ParameterCovariance, Reference};
 use std::path::Path;
 
 pub(crate) fn run(args: &VarianceArgs) -> Result<(), CommandError> {
     let options = measure::options(&args.controls)?;
-    let inputs = outputs::inputs([&args.reference, &args.scan.scan], args.values.params.as_ref());
+    let given = [&args.reference].into_iter().chain(several::paths(&args.scan, &args.more));
+    let inputs = outputs::inputs(given, args.values.params.as_ref());
     outputs::require_folder_apart(&args.output, false, inputs)?;
     let extension = args.reference.extension().unwrap_or_default();
     require_kind(args, &extension.to_ascii_lowercase().to_string_lossy())?;
@@ -65,8 +66,9 @@ struct Measured {
 fn from_model(args: &VarianceArgs, options: &MeasureOptions, mut record: Record) -> Result<Measured, CommandError> {
     let valued = compile_valued(&args.reference, &args.compile, &args.values)?;
     let Valued { program, x, motion, fit, saved } = valued;
-    let scan = read_scan(args, options)?;
-    record::add_inputs(&mut record, &scan.source, &program, args.values.params.as_deref());
+    let poses = saved.as_ref().map(SavedFit::poses).unwrap_or_default();
+    let Read { scan, sources } = read_scan(args, options, &poses)?;
+    record::add_inputs(&mut record, &sources, &program, args.values.params.as_deref());
     let folder = outputs::begin(&args.output)?;
     let other = saved.as_ref().map(|saved| saved.about_scan(&scan.source)).transpose()?.flatten();
     let reference = Reference::Model { model: &program, x: &x, motion };
@@ -90,8 +92,8 @@ fn from_model(args: &VarianceArgs, options: &MeasureOptions, mut record: Record)
 fn from_mesh(args: &VarianceArgs, options: &MeasureOptions, mut record: Record) -> Result<Measured, CommandError> {
     let ReferenceMesh { mesh, unit, warnings, .. } =
         scan::read_mesh(&args.reference, args.reference_unit).map_err(CommandError::failed)?;
-    let scan = read_scan(args, options)?;
-    record::add_scan(&mut record, &scan.source);
+    let Read { scan, sources } = read_scan(args, options, &[])?;
+    sources.iter().for_each(|source| record::add_scan(&mut record, source));
     record::add_file(&mut record, "reference", &args.reference);
     let folder = outputs::begin(&args.output)?;
     let mut measurement = measure_from(&args.reference, Reference::Mesh(&mesh), &scan, None, options)?;
@@ -106,11 +108,22 @@ fn from_mesh(args: &VarianceArgs, options: &MeasureOptions, mut record: Record) 
     Ok(Measured { folder, scan, name, measurement, fit, upright, scripts, parameters })
 }
 
-fn read_scan(args: &VarianceArgs, options: &MeasureOptions) -> Result<Scan, CommandError> {
-    let scan = fit::read_scan(&args.scan)?;
+/// A scan, and the files that it came from.
+struct Read {
+    scan: Scan,
+    sources: Vec<ScanSource>,
+}
+
+/// Reads the scans, and makes one of several by the poses of a fit of all of them.
+fn read_scan(args: &VarianceArgs, options: &MeasureOptions, poses: &[Motion]) -> Result<Read, CommandError> {
+    let scans = several::read(&args.scan, &args.more)?;
+    let sources = several::sources(&scans);
+    // A fit of several scans says nothing of those that have one frame anyway.
+    let poses = if args.more.same_pose { &[] } else { poses };
+    let scan = several::in_frame_of_fit(scans, poses)?;
     measure::require_memory(&args.controls, &scan)?;
     variance::require_what_scan_has(&scan, options)?;
-    Ok(scan)
+    Ok(Read { scan, sources })
 }
 
 /// Sizes of one object in one unit differ by less than this factor, whatever was scanned of it.

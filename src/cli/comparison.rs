@@ -21,6 +21,18 @@ pub(crate) struct ScanArgs {
     pub(crate) reading: ReadingArgs,
 }
 
+/// More scans of the same object.
+#[derive(Debug, Default, Args)]
+pub(crate) struct MoreScansArgs {
+    /// More scans of the same object, which need not overlap: the model has one shape, and a pose in each. Options of
+    /// reading apply to all
+    #[arg(value_name = "SCAN")]
+    pub(crate) scans: Vec<PathBuf>,
+    /// The scans have one frame already, as those of one station network: they are taken for one scan
+    #[arg(long)]
+    pub(crate) same_pose: bool,
+}
+
 /// What the user states of the work.
 #[derive(Debug, Default, Args)]
 pub(crate) struct ReportArgs {
@@ -109,6 +121,7 @@ pub(crate) enum NormalsArg {
 Examples:
   gmlc fit examples/cup/cup.gml scan.ply -o fit.json
   gmlc fit mug.gml mug.ply --unit m -p height=80mm --fix wall=2mm -o fit.json
+  gmlc fit examples/mug/mug.gml front.ply back.ply -o fit.json    two scans of one mug, each with its own pose
   gmlc fit examples/flange/flange.gml flange.ply --search bolts=3..12 -o fit.json
   gmlc fit examples/cup/cup.gml scan.ply --params fit.json --coverage -o covered.json")]
 pub(crate) struct FitArgs {
@@ -116,6 +129,8 @@ pub(crate) struct FitArgs {
     pub(crate) script: ScriptArgs,
     #[command(flatten)]
     pub(crate) scan: ScanArgs,
+    #[command(flatten)]
+    pub(crate) more: MoreScansArgs,
     #[command(flatten)]
     pub(crate) controls: FitControls,
     #[command(flatten)]
@@ -305,6 +320,8 @@ pub(crate) struct VarianceArgs {
     pub(crate) values: ValueArgs,
     #[command(flatten)]
     pub(crate) scan: ScanArgs,
+    #[command(flatten)]
+    pub(crate) more: MoreScansArgs,
     /// Unit of the reference mesh's coordinates: um, mm, cm, m, in or ft [default: what the file
     /// states, otherwise mm]
     #[arg(long, value_name = "UNIT")]
@@ -344,12 +361,15 @@ Examples:
   gmlc inspect examples/cup/cup.gml scan.ply -o out/cup
   gmlc inspect examples/mug/mug.gml mug.ply --unit m --max-distance 25mm --resolution 2048 -o out/mug
   gmlc inspect examples/cup/cup.gml scan.ply --tolerance 0.5mm --device-uncertainty 0.05mm -o out/cup
+  gmlc inspect examples/mug/mug.gml front.ply back.ply -o out/mug
   gmlc inspect examples/cup/cup.gml scan.ply --params fit.json --no-fit -o out/cup")]
 pub(crate) struct InspectArgs {
     #[command(flatten)]
     pub(crate) script: ScriptArgs,
     #[command(flatten)]
     pub(crate) scan: ScanArgs,
+    #[command(flatten)]
+    pub(crate) more: MoreScansArgs,
     #[command(flatten)]
     pub(crate) fit: FitControls,
     /// Go on from a result of `gmlc fit`, or from the truth of `gmlc scan`: from its parameters, pose and inputs; -p

@@ -8,7 +8,7 @@ mod scans;
 
 pub(crate) use compare::CompareArgs;
 pub(crate) use comparison::{
-    FitArgs, FitControls, InspectArgs, NormalsArg, ReportArgs, ScanArgs, VarianceArgs, VarianceControls,
+    FitArgs, FitControls, InspectArgs, MoreScansArgs, NormalsArg, ReportArgs, ScanArgs, VarianceArgs, VarianceControls,
 };
 pub(crate) use language::{
     CheckArgs, CompletionsArgs, DiffArgs, DocArgs, EmitArgs, FmtArgs, ManArgs, MeshArgs, ReplArgs, Stage,

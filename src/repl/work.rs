@@ -3,7 +3,7 @@
 use super::commands::no_model;
 use super::state::Repl;
 use crate::cli::{
-    self, CompileArgs, FitControls, InspectArgs, MeshArgs, ReportArgs, ResultArgs, ScanArgs, ScriptArgs,
+    self, CompileArgs, FitControls, InspectArgs, MeshArgs, MoreScansArgs, ReportArgs, ResultArgs, ScanArgs, ScriptArgs,
     VarianceControls,
 };
 use crate::error::CommandError;
@@ -115,7 +115,7 @@ pub(crate) fn fit(repl: &mut Repl, rest: &str) -> Result<(), CommandError> {
     let mut fitted = fitting::run_fit(&subject.program, &subject.provenance, &scan, &options, &progress)?;
     fitted.warnings.extend(scan.warnings);
     let mut record = record::of_line(&format!(":fit {rest}"), &FitLine::command(), words(rest)?);
-    record::add_inputs(&mut record, &scan.source, &subject.program, line.params.as_deref());
+    record::add_inputs(&mut record, std::slice::from_ref(&scan.source), &subject.program, line.params.as_deref());
     fitted.provenance = Some(record);
     fitting::write_trace(controls.trace.as_deref(), &fitted)?;
     fitting::unless_interrupted(&fitted)?;
@@ -137,6 +137,7 @@ pub(crate) fn inspect(repl: &mut Repl, rest: &str) -> Result<(), CommandError> {
     let args = InspectArgs {
         script: subject.script.clone(),
         scan: line.scan,
+        more: MoreScansArgs::default(),
         fit,
         params: None,
         no_fit: false,

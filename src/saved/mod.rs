@@ -61,6 +61,11 @@ impl SavedFit {
         self.fit.pose
     }
 
+    /// The poses in the scans of a fit of several, in their order; none of a fit of one.
+    pub(crate) fn poses(&self) -> Vec<Motion> {
+        self.fit.scans.iter().map(|scan| scan.pose).collect()
+    }
+
     /// A sentence on a fit that did not end well, for what rests on its values; none if it did.
     pub(crate) fn doubt(&self) -> Option<String> {
         if self.is_truth {
@@ -103,7 +108,7 @@ impl SavedFit {
 
     /// Where the fit ended, for one of a program that may have other inputs or another text.
     pub(crate) fn earlier(&self, program: &Program, provenance: &Provenance) -> EarlierFit {
-        let FitResult { parameters, equal, pose, scan, loss, sigma, weights, .. } = &self.fit;
+        let FitResult { parameters, equal, pose, scan, scans, loss, sigma, weights, .. } = &self.fit;
         let converged = Converged { scan_sha256: scan.sha256.clone(), loss: *loss, sigma: *sigma, weights: *weights };
         let inputs: Vec<FittedInput> = program.inputs().iter().map(provenance::input).collect();
         let free = equal.is_empty() && !parameters.iter().any(|p| p.fixed);
@@ -112,6 +117,7 @@ impl SavedFit {
         EarlierFit {
             values: parameters.iter().map(|p| (p.name.clone(), p.value)).collect(),
             pose: *pose,
+            scans: scans.iter().map(|scan| scan.pose).collect(),
             converged: same.then_some(converged),
         }
     }

@@ -136,6 +136,7 @@ pub(super) fn check(fit: &FitResult) -> Result<(), String> {
         }
         covariance(fit, "pose_covariance", &c.parameters, &c.matrix, 6)?;
     }
+    fit.scans.iter().try_for_each(|scan| pose(&scan.pose))?;
     figures::check(fit)
 }
 

@@ -82,7 +82,7 @@ fn the_runtimes_modules_use_what_they_may() {
 
 #[test]
 fn stages_of_a_fit_know_only_earlier_ones() {
-    let stages = ["correspond", "problem", "optimise", "register", "refine", "infer", "scene"];
+    let stages = ["correspond", "problem", "optimise", "register", "refine", "infer", "scene", "several"];
     for (i, stage) in stages.iter().enumerate() {
         let later: Vec<String> =
             stages[i + 1..].iter().flat_map(|s| [format!("fit::{s}"), format!("super::{s}")]).collect();

@@ -1,6 +1,6 @@
 //! One fit of a model to a scan, from the problem to the result.
 
-use super::infer::{infer, misfit};
+use super::infer::{Inference, infer, misfit};
 use super::monitor::Monitor;
 use super::options::{FitError, FitOptions};
 use super::problem::{Problem, extent};
@@ -65,8 +65,12 @@ fn prepare<'a>(
 
 /// The statistics of a solution, and the result.
 fn conclude(solution: Solution) -> Attempt {
-    let Problem { scan, monitor, points, .. } = solution.level.problem;
-    let inference = infer(solution);
+    explained(infer(solution))
+}
+
+/// The result of a solution whose statistics are known.
+pub(crate) fn explained(inference: Inference) -> Attempt {
+    let Problem { scan, monitor, points, .. } = inference.solution.level.problem;
     // All that is looked for in what a fit leaves over is for fits that have ended.
     let residuals = if monitor.cancelled() { None } else { misfit::residuals(&inference.solution) };
     let mut near = vec![false; scan.mesh.positions.len()];

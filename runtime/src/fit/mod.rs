@@ -8,6 +8,7 @@
 //! - `register`: global registration, which finds where to begin.
 //! - `refine`: local refinement from coarse to fine.
 //! - `infer`: standard deviations, tests, comparisons.
+//! - `several`: one object in several scans.
 //! - `scene`: what else the scan shows than the object.
 
 mod attempt;
@@ -27,6 +28,7 @@ mod result;
 mod room;
 mod scene;
 mod search;
+mod several;
 mod start;
 mod tuning;
 mod verdict;
@@ -41,10 +43,12 @@ pub use options::{Converged, EarlierFit, FitError, FitOptions};
 pub use problem::loss::LossKind;
 pub use problem::weights::Weights;
 pub use result::{
-    Bootstrap, ContradictedPart, Covariance, Covered, FitResult, FittedInput, FittedParameter, HypothesisTest,
-    PassedPart, PoseCovariance, Resampled, Search, SearchCandidate, Symmetry, UnexplainedPiece, WithoutSd,
+    Bootstrap, ContradictedPart, Covariance, Covered, FitResult, FittedInput, FittedParameter, FittedScan,
+    HypothesisTest, PassedPart, PoseCovariance, Resampled, Search, SearchCandidate, Symmetry, UnexplainedPiece,
+    WithoutSd,
 };
 pub use search::{Evidence, InputValues, SearchError, Selected, search};
+pub use several::{SeveralFit, fit_several, in_first_frame};
 
 use crate::model::Model;
 use crate::progress::Progress;

@@ -62,6 +62,8 @@ pub struct EarlierFit {
     pub values: BTreeMap<String, f64>,
     /// The pose that was added to them, if one was.
     pub pose: Option<Motion>,
+    /// The poses in several scans, where it was a fit of several.
+    pub scans: Vec<Motion>,
     /// How it converged; none if it did not, if it held parameters, or if it was a fit of another model, as one with
     /// other inputs is.
     pub converged: Option<Converged>,
@@ -127,6 +129,9 @@ pub enum FitError {
         /// The scan's number of points.
         points: usize,
     },
+    /// An option that several scans of one object have no use for.
+    #[error("with several scans {0}")]
+    Several(&'static str),
     /// The model has no surface.
     #[error("the model has no parts, so there is nothing to fit")]
     EmptyModel,
@@ -141,7 +146,7 @@ impl FitError {
     pub fn is_about_options(&self) -> bool {
         match self {
             Self::UnknownParameter { .. } | Self::OutOfBounds { .. } | Self::NoCommonValue { .. } => true,
-            Self::Sigma(_) | Self::Equal(..) => true,
+            Self::Sigma(_) | Self::Equal(..) | Self::Several(_) => true,
             Self::EmptyScan { .. } | Self::EmptyModel | Self::Evaluation(_) => false,
         }
     }

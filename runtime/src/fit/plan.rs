@@ -41,6 +41,17 @@ pub(crate) fn quick() -> Vec<Stage> {
     vec![stage("quick", "a quick fit", 1.0)]
 }
 
+/// The stages of a fit of several scans.
+pub(crate) fn several() -> Vec<Stage> {
+    vec![
+        stage("prepare", "preparing", 0.01),
+        stage("first scan", "fitting the first scan", 0.4),
+        stage("placing", "placing the other scans", 0.3),
+        stage("all scans", "fitting all scans", 0.25),
+        stage("uncertainty", "standard deviations", 0.04),
+    ]
+}
+
 /// All stages of a fit.
 pub(crate) fn whole(options: &FitOptions) -> Vec<Stage> {
     let mut stages = to_solution(options);

@@ -44,7 +44,7 @@ pub(crate) fn quick(
     let own = options.earlier.iter().flat_map(|earlier| earlier.values.clone());
     let own = own.filter(|(name, _)| !moving.contains(name)).chain(of_pose);
     let fits = [all.collect(), own.collect()].into_iter().filter_map(|values| {
-        let earlier = EarlierFit { values, pose: pilot.pose, converged: None };
+        let earlier = EarlierFit { values, pose: pilot.pose, scans: Vec::new(), converged: None };
         from(model, scan, &FitOptions { earlier: Some(earlier), ..options.clone() }, progress)
     });
     let fits: Vec<FitResult> = fits.collect();

@@ -29,6 +29,10 @@ pub struct FitResult {
     pub inputs: Vec<FittedInput>,
     /// The scan.
     pub scan: ScanSource,
+    /// The scans, where there are several of one object, and where each shows it. Then `scan` stands for all of them in
+    /// the frame of the first, and `pose` is that in the first.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub scans: Vec<FittedScan>,
     /// The script's parameters in its order.
     pub parameters: Vec<FittedParameter>,
     /// The script's measures in its order, at these parameters.
@@ -114,6 +118,31 @@ pub struct FitResult {
 
 fn all_alike() -> Weights {
     Weights::Points
+}
+
+/// One of several scans of one object.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FittedScan {
+    /// The file.
+    pub source: ScanSource,
+    /// The motion that takes the model's points to this scan's frame.
+    pub pose: Motion,
+    /// Its covariance, joint with that of the parameters.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pose_covariance: Option<PoseCovariance>,
+    /// Fraction of its points with a loss below 1/2, by their weights.
+    pub inliers: f64,
+    /// Root mean square distance of these. Millimetres.
+    pub rms: f64,
+    /// The final scale of the loss for this scan. Millimetres.
+    pub sigma: f64,
+    /// Its noise (standard deviation). Millimetres.
+    pub noise: f64,
+    /// The probability of such a difference, or a larger one, between the shape that this scan suggests and that of
+    /// the others, if all show one object. Absent where there is nothing to compare.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub agreement: Option<f64>,
 }
 
 /// Another shape of some parts that explains the scan as well: the two differ where nothing was scanned.

@@ -12,6 +12,7 @@ mod number;
 mod planes;
 mod pose;
 mod races;
+mod several;
 pub(crate) mod shapes;
 mod sides;
 mod statistics;

@@ -16,6 +16,7 @@ mod file;
 mod format;
 mod formats;
 mod load;
+mod merged;
 mod neighbours;
 mod noise;
 mod normals;
@@ -29,9 +30,9 @@ mod read;
 mod reservoir;
 mod simplify;
 mod source;
-mod survey;
 mod spacing;
 mod surface;
+mod survey;
 #[cfg(test)]
 mod tests;
 mod thinned;
@@ -49,8 +50,8 @@ pub(crate) use outliers::outliers;
 pub use prepare::from_mesh;
 pub use read::{ReferenceMesh, read, read_mesh, read_surface};
 pub use source::{Cleaning, ScanSource};
-pub use survey::{ScanEntry, SurfaceFigures, Survey, survey};
 pub(crate) use spacing::spacings;
+pub use survey::{ScanEntry, SurfaceFigures, Survey, survey};
 pub use unit::{Unit, UnknownUnit};
 
 use crate::mesh::{TriangleMesh, retain_marked};

@@ -14,7 +14,7 @@ const LOOKED_AT: usize = 2 * NEIGHBOURS + 1;
 /// are no others.
 pub(crate) fn spacings(
     points: &[[f64; 3]],
-    tree: &Neighbours<'_>,
+    tree: &Neighbours,
     alike: impl Fn(usize, usize) -> bool + Sync,
 ) -> Vec<f64> {
     let spacing = |i: usize| {

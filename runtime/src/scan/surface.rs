@@ -172,7 +172,7 @@ fn agreed(stars: Vec<Vec<[u32; 3]>>) -> Vec<[u32; 3]> {
 
 /// Turns normals so that those of neighbours agree, from point to point over the flattest ways first (Hoppe et al.
 /// 1992). Pieces that do not hang together keep the side of their first point.
-fn agree(positions: &[[f64; 3]], normals: &mut [[f64; 3]], tree: &Neighbours<'_>) {
+fn agree(positions: &[[f64; 3]], normals: &mut [[f64; 3]], tree: &Neighbours) {
     /// Neighbours to which a side is handed on.
     const NEXT: usize = 10;
     let mut done = vec![false; positions.len()];

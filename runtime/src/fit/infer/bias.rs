@@ -28,16 +28,16 @@ pub(crate) fn include(solution: &Solution, uncertainty: Uncertainty) -> Uncertai
 }
 
 /// The pull of noise on the coordinates.
-struct Pull {
+pub(super) struct Pull {
     /// The mean gradient of the mean loss that noise alone makes at the solution.
-    gradient: DVector<f64>,
+    pub(super) gradient: DVector<f64>,
     /// Half of sigma^2 times the weight of the points. Square millimetres.
-    sum: f64,
+    pub(super) sum: f64,
 }
 
 /// The pull of noise as the scan has it, the same in every direction. Zero without noise; None where the model does not
 /// exist or no point lies near it.
-fn pull_of_noise(solution: &Solution) -> Option<Pull> {
+pub(super) fn pull_of_noise(solution: &Solution) -> Option<Pull> {
     let Solution { level, estimate, loss, evaluation, .. } = solution;
     let problem = level.problem;
     let noise = problem.scan.noise.min(evaluation.rms());

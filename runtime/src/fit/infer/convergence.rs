@@ -257,7 +257,7 @@ impl Remaining {
 
 /// Takes motions out of a step by which the surface hardly leaves itself: about the axis of a body of revolution both
 /// the gradient and the curvature are rounding, and their ratio says nothing. They are among the last coordinates.
-fn without_motions(step: &mut DVector<f64>, motions: &[DVector<f64>]) {
+pub(super) fn without_motions(step: &mut DVector<f64>, motions: &[DVector<f64>]) {
     for direction in motions {
         let first = step.len() - direction.len();
         let along = direction.dot(&step.rows(first, direction.len()));

@@ -8,6 +8,7 @@ pub(crate) mod bootstrap;
 pub(crate) mod compare;
 mod convergence;
 mod invariance;
+pub(crate) mod joint;
 mod least_surface;
 mod meat;
 pub(crate) mod misfit;
@@ -60,6 +61,17 @@ pub(crate) fn infer(solution: Solution) -> Inference {
     let bootstrap = (problem.options.bootstrap > 0)
         .then(|| problem.monitor.stage("bootstrap", || bootstrap::run(&solution, uncertainty.as_ref())));
     Inference { solution, uncertainty, tests, bootstrap: bootstrap.flatten(), rivals }
+}
+
+/// The solution of several scans that were merged, with the uncertainty of the shape and of the pose in the first: open
+/// ends come back to where the scans end, and what no scan shows is said.
+pub(crate) fn conclude_several(solution: Solution, uncertainty: Uncertainty) -> (Solution, Uncertainty) {
+    let problem = solution.level.problem;
+    let assessed = Assessed { solution, uncertainty: Some(uncertainty.clone()), warning: None };
+    let settled = if problem.options.one_sided { assessed } else { least_surface::settle(assessed) };
+    let uncertainty = settled.uncertainty.unwrap_or(uncertainty).within(problem.radius);
+    let uncertainty = unobserved::mark(&settled.solution, uncertainty);
+    (settled.solution, uncertainty)
 }
 
 /// How well the solution is determined.

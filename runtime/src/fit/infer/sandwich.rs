@@ -54,23 +54,12 @@ pub(crate) fn assess(
     held: &[bool],
 ) -> Option<Uncertainty> {
     let dim = objective.space.dim();
-    let all = AllRows::new(objective, at)?;
-    let chain = objective.space.chain(at);
-    let local = |matrix: &DMatrix<f64>| chain.tr_mul(&(matrix * &chain));
-    // Sums of curvature J J^T, of weight J J^T, of that times the prior weight, and of weight J J^T without points that
-    // only say where the model ends.
-    let shown = shown_patches(&all, objective.space.model.parts().len());
-    let factors = |rows: &Rows| {
-        let of_point = |point: &RowPoint| {
-            let within = if shown[rows.patch as usize] && !point.at_end { point.weight } else { 0.0 };
-            [point.curvature, point.weight, point.prior * point.weight, within]
-        };
-        rows.points.iter().map(of_point).collect()
-    };
-    let [mut bread, mut weighted, mut alike, mut within] =
-        squares(&all, chain.nrows(), factors).map(|matrix| local(&matrix));
-    let Residuals { positions, scores, priors, weight, weighted_d2 } = Residuals::of(objective, &all);
-    if scores.len() <= dim {
+    let information = Information::of(objective, at)?;
+    let Information { chain, bread, weighted, alike, within, blocks, .. } = &information;
+    let local = |matrix: &DMatrix<f64>| chain.tr_mul(&(matrix * chain));
+    let (mut bread, mut weighted) = (bread.clone(), weighted.clone());
+    let (mut alike, mut within, blocks) = (alike.clone(), within.clone(), *blocks);
+    if information.points() <= dim {
         return None;
     }
     let coverage = objective.coverage.as_ref().and_then(|c| c.information(objective, at));
@@ -80,17 +69,11 @@ pub(crate) fn assess(
         alike += local(&coverage.weighted);
         within += local(&coverage.weighted);
     }
-    let blocks = Blocks::find(&positions, &scores, objective.points.gyration());
     let mut inverse = Inverse::of(&bread, &weighted, held)?;
-    let of_squares = &chain * &inverse.weighted * chain.transpose();
-    let mut meat = match blocks {
-        Some(blocks) => meat::of_blocks(objective, &all, blocks, &of_squares),
-        None => meat::of_points(&all, &of_squares),
-    };
+    let mut meat = information.meat(objective, &inverse.weighted);
     if let Some(coverage) = &coverage {
-        meat += &coverage.meat;
+        meat += local(&coverage.meat);
     }
-    let meat = local(&meat);
     let sandwich = |inverse: &Inverse| &inverse.matrix * &meat * &inverse.matrix;
     let mut covariance = sandwich(&inverse);
     // The covariance says over which region switches count, and switches how large it is.
@@ -105,7 +88,7 @@ pub(crate) fn assess(
         covariance += &response * response.transpose();
     }
     let at_ends = by_ends(&weighted, &within, held);
-    let naive = &inverse.weighted * &alike * &inverse.weighted * (weighted_d2 / (weight - dim as f64).max(1.0));
+    let naive = &inverse.weighted * &alike * &inverse.weighted * information.variance(dim);
     at_least(&mut covariance, &naive);
     let released = held.contains(&true).then(|| Inverse::of(&bread, &weighted, &[])).flatten();
     let without_bounds = released.map(|released| {
@@ -121,7 +104,7 @@ pub(crate) fn assess(
             inverse: released.matrix,
         }
     });
-    let effective_points = effective(priors.into_iter()) / blocks.map_or(1.0, |b| b.inflation);
+    let effective_points = information.effective_points();
     let Inverse { matrix, undetermined, determined, .. } = inverse;
     // The border at which walls are held apart is no information on where before it the truth lies, so the covariance
     // knows nothing of it; where the optimum is, it does say.
@@ -151,6 +134,82 @@ pub(crate) fn assess(
         blocks,
         without_bounds,
     })
+}
+
+/// What the points near the model say of the scaled local coordinates.
+pub(crate) struct Information<'o> {
+    all: AllRows<'o>,
+    chain: DMatrix<f64>,
+    /// Sums of curvature J J^T, of weight J J^T, of that times the prior weight, and of weight J J^T without points
+    /// that only say where the model ends.
+    pub(crate) bread: DMatrix<f64>,
+    pub(crate) weighted: DMatrix<f64>,
+    pub(crate) alike: DMatrix<f64>,
+    pub(crate) within: DMatrix<f64>,
+    residuals: Residuals,
+    /// Blocks of dependent residuals, if there are any.
+    pub(crate) blocks: Option<Blocks>,
+}
+
+impl<'o> Information<'o> {
+    /// None where the model does not exist.
+    pub(crate) fn of(objective: &'o Objective<'o>, at: &Estimate) -> Option<Self> {
+        let all = AllRows::new(objective, at)?;
+        let chain = objective.space.chain(at);
+        let shown = shown_patches(&all, objective.space.model.parts().len());
+        let factors = |rows: &Rows| {
+            let of_point = |point: &RowPoint| {
+                let within = if shown[rows.patch as usize] && !point.at_end { point.weight } else { 0.0 };
+                [point.curvature, point.weight, point.prior * point.weight, within]
+            };
+            rows.points.iter().map(of_point).collect()
+        };
+        let [bread, weighted, alike, within] =
+            squares(&all, chain.nrows(), factors).map(|matrix| chain.tr_mul(&(matrix * &chain)));
+        let residuals = Residuals::of(objective, &all);
+        let blocks = Blocks::find(&residuals.positions, &residuals.scores, objective.points.gyration());
+        Some(Self { all, chain, bread, weighted, alike, within, residuals, blocks })
+    }
+
+    /// The covariance of the gradient of the sum of losses times sigma^2 / 2. `inverse` is that of all squares' sum, by
+    /// which the leverages are found.
+    pub(crate) fn meat(&self, objective: &Objective, inverse: &DMatrix<f64>) -> DMatrix<f64> {
+        let Self { all, chain, .. } = self;
+        let of_squares = chain * inverse * chain.transpose();
+        let meat = match self.blocks {
+            Some(blocks) => meat::of_blocks(objective, all, blocks, &of_squares),
+            None => meat::of_points(all, &of_squares),
+        };
+        chain.tr_mul(&(meat * chain))
+    }
+
+    /// The pull of all points on the coordinates: the sum of weight times signed distance times J, with its sign turned.
+    pub(crate) fn pull(&self) -> DVector<f64> {
+        let mut pull = DVector::zeros(self.chain.nrows());
+        let none = || DVector::zeros(self.chain.nrows());
+        let add = |sum: &mut DVector<f64>, rows: &Rows| {
+            for (point, row) in rows.iter() {
+                rows.columns.iter().zip(row).for_each(|(column, r)| sum[*column] -= score(point) * r);
+            }
+        };
+        self.all.fold(none, add, |part: DVector<f64>| pull += part);
+        self.chain.tr_mul(&pull)
+    }
+
+    /// The variance of the residuals, of which the fit has absorbed `degrees`. Square millimetres.
+    pub(crate) fn variance(&self, degrees: usize) -> f64 {
+        self.residuals.weighted_d2 / (self.residuals.weight - degrees as f64).max(1.0)
+    }
+
+    /// The number of points that have a foot.
+    pub(crate) fn points(&self) -> usize {
+        self.residuals.scores.len()
+    }
+
+    /// The number of independent points that would say as much.
+    pub(crate) fn effective_points(&self) -> f64 {
+        effective(self.residuals.priors.iter().copied()) / self.blocks.map_or(1.0, |b| b.inflation)
+    }
 }
 
 impl Uncertainty {
@@ -195,7 +254,7 @@ impl Uncertainty {
 
 /// Raises the variances of a covariance that are below those of another one, and keeps its correlations. Where only a
 /// point or two determine a coordinate, the fit goes through them, and their residuals say nothing of the noise.
-fn at_least(covariance: &mut DMatrix<f64>, least: &DMatrix<f64>) {
+pub(super) fn at_least(covariance: &mut DMatrix<f64>, least: &DMatrix<f64>) {
     let factor = |k: usize| {
         let (variance, least) = (covariance[(k, k)], least[(k, k)]);
         if variance > 0.0 && least > variance { (least / variance).sqrt() } else { 1.0 }
@@ -237,7 +296,7 @@ fn shown_patches(all: &AllRows, patches: usize) -> Vec<bool> {
 /// the few that a part took which was not scanned. They say that the model reaches so far, not that the object does not
 /// reach farther. `weighted` is the information of all points, `within` that of the others.
 /// Coordinates that are not determined take part: with one of them an end may slide along the surface.
-fn by_ends(weighted: &DMatrix<f64>, within: &DMatrix<f64>, held: &[bool]) -> Vec<bool> {
+pub(super) fn by_ends(weighted: &DMatrix<f64>, within: &DMatrix<f64>, held: &[bool]) -> Vec<bool> {
     let least = NO_INFLUENCE * weighted.diagonal().amax();
     let varies = |k: &usize| !is_held(held, *k) && weighted[(*k, *k)] > least;
     let varied: Vec<usize> = (0..weighted.nrows()).filter(varies).collect();
@@ -264,7 +323,7 @@ fn scaled(matrix: &DMatrix<f64>, units: &DMatrix<f64>, varied: &[usize]) -> DMat
 }
 
 /// Whether a coordinate is fixed at a bound: `held` has no entries for the motion.
-fn is_held(held: &[bool], k: usize) -> bool {
+pub(super) fn is_held(held: &[bool], k: usize) -> bool {
     held.get(k).copied().unwrap_or(false)
 }
 
@@ -305,16 +364,16 @@ impl Residuals {
 }
 
 /// The inverse of the sandwich's bread over what is determined.
-struct Inverse {
-    matrix: DMatrix<f64>,
+pub(super) struct Inverse {
+    pub(super) matrix: DMatrix<f64>,
     /// That of the sum of weight J J^T.
-    weighted: DMatrix<f64>,
-    undetermined: Vec<DVector<f64>>,
-    determined: Vec<bool>,
+    pub(super) weighted: DMatrix<f64>,
+    pub(super) undetermined: Vec<DVector<f64>>,
+    pub(super) determined: Vec<bool>,
 }
 
 impl Inverse {
-    fn of(bread: &DMatrix<f64>, weighted: &DMatrix<f64>, held: &[bool]) -> Option<Self> {
+    pub(super) fn of(bread: &DMatrix<f64>, weighted: &DMatrix<f64>, held: &[bool]) -> Option<Self> {
         let dim = bread.nrows();
         let largest = weighted.diagonal().amax();
         if !(largest > 0.0 && largest.is_finite()) {

@@ -24,9 +24,55 @@ pub(crate) const ROUNDING: f64 = 1e-7;
 /// Predicted gain, relative to the objective, that is below the rounding of its sums.
 const LEAST_GAIN: f64 = 1e-13;
 
+/// What can be minimised: an objective over one scan, or over several at a time.
+pub(crate) trait Target {
+    /// The places at which it has a value.
+    type At: Clone;
+
+    /// The value at a place, with its derivatives by scaled local coordinates; None where the model does not exist or
+    /// the fit is cancelled.
+    fn evaluated(&self, at: &Self::At, order: Order) -> Option<Evaluation>;
+
+    /// Lowest and highest admissible scaled steps from a place.
+    fn room(&self, from: &Self::At) -> Vec<(f64, f64)>;
+
+    /// The place at scaled local coordinates from another one.
+    fn retract(&self, from: &Self::At, step: &[f64]) -> Self::At;
+
+    /// The scale of the loss: the linear model holds for about as far. Millimetres.
+    fn scale(&self) -> f64;
+
+    /// Traces a step.
+    fn trace(&self, evaluation: &Evaluation);
+}
+
+impl Target for Objective<'_> {
+    type At = Estimate;
+
+    fn evaluated(&self, at: &Estimate, order: Order) -> Option<Evaluation> {
+        self.evaluate(at, order)
+    }
+
+    fn room(&self, from: &Estimate) -> Vec<(f64, f64)> {
+        self.space.room(from)
+    }
+
+    fn retract(&self, from: &Estimate, step: &[f64]) -> Estimate {
+        self.space.retract(from, step)
+    }
+
+    fn scale(&self) -> f64 {
+        self.loss.sigma
+    }
+
+    fn trace(&self, evaluation: &Evaluation) {
+        self.note(evaluation);
+    }
+}
+
 /// The end of a minimisation.
-pub(crate) struct Minimum {
-    pub(crate) estimate: Estimate,
+pub(crate) struct Minimum<At = Estimate> {
+    pub(crate) estimate: At,
     pub(crate) evaluation: Evaluation,
     pub(crate) iterations: u32,
     pub(crate) converged: bool,
@@ -66,27 +112,27 @@ impl Damping {
 }
 
 /// Minimises from `start`; None where the model does not exist there.
-pub(crate) fn minimise(objective: &Objective, start: Estimate, stop: Stop) -> Option<Minimum> {
+pub(crate) fn minimise<T: Target>(objective: &T, start: T::At, stop: Stop) -> Option<Minimum<T::At>> {
     minimise_until(objective, start, stop, |_| false)
 }
 
 /// The same, but ends as soon as a step has led to a place of which `is_decided` is true.
-pub(crate) fn minimise_until(
-    objective: &Objective,
-    start: Estimate,
+pub(crate) fn minimise_until<T: Target>(
+    objective: &T,
+    start: T::At,
     stop: Stop,
-    mut is_decided: impl FnMut(&Minimum) -> bool,
-) -> Option<Minimum> {
-    let evaluation = objective.evaluate(&start, Order::Normal)?;
+    mut is_decided: impl FnMut(&Minimum<T::At>) -> bool,
+) -> Option<Minimum<T::At>> {
+    let evaluation = objective.evaluated(&start, Order::Normal)?;
     let mut at = Minimum { estimate: start, evaluation, iterations: 0, converged: false };
-    objective.note(&at.evaluation);
+    objective.trace(&at.evaluation);
     let mut damping = Damping::START;
     while at.iterations < stop.iterations {
         at.iterations += 1;
         // The linear model holds for about sigma; longer steps jump over valleys (and onto bounds).
-        let reach = STEP_LIMIT * objective.loss.sigma;
+        let reach = STEP_LIMIT * objective.scale();
         let room: Vec<(f64, f64)> =
-            objective.space.room(&at.estimate).iter().map(|(low, high)| (low.max(-reach), high.min(reach))).collect();
+            objective.room(&at.estimate).iter().map(|(low, high)| (low.max(-reach), high.min(reach))).collect();
         let Some(step) = damped_step(&at.evaluation, &room, damping) else {
             if damping.singular() {
                 continue;
@@ -98,11 +144,11 @@ pub(crate) fn minimise_until(
             break;
         }
         let predicted = at.evaluation.predicted_gain(&step);
-        let estimate = objective.space.retract(&at.estimate, step.as_slice());
-        let trial = objective.evaluate(&estimate, Order::Normal);
+        let estimate = objective.retract(&at.estimate, step.as_slice());
+        let trial = objective.evaluated(&estimate, Order::Normal);
         let gain = trial.as_ref().map_or(f64::NEG_INFINITY, |t| at.evaluation.value - t.value);
         // The last steps gain less than the objective is rounded by: there the gradient judges.
-        let rounded = step.amax() < ROUNDED_STEP * objective.loss.sigma;
+        let rounded = step.amax() < ROUNDED_STEP * objective.scale();
         let settles = |t: &Evaluation| {
             rounded && gain > -ROUNDING * t.value && free_gradient(t, &room) < free_gradient(&at.evaluation, &room)
         };
@@ -114,7 +160,7 @@ pub(crate) fn minimise_until(
                 }
                 at.estimate = estimate;
                 at.evaluation = trial;
-                objective.note(&at.evaluation);
+                objective.trace(&at.evaluation);
                 if is_decided(&at) {
                     break;
                 }

@@ -2,6 +2,7 @@
 
 pub(crate) mod gauss_newton;
 pub(crate) mod in_box;
+pub(crate) mod joint;
 pub(crate) mod lbfgs;
 
 use super::problem::objective::Objective;

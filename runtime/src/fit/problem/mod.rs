@@ -102,6 +102,23 @@ impl<'a> Problem<'a> {
         })
     }
 
+    /// The problem of fitting a model to one of several scans, each of which has a pose of its own beside the script's
+    /// parameters.
+    ///
+    /// # Errors
+    /// See [`crate::fit::fit()`].
+    pub(crate) fn one_of_several(
+        model: &'a dyn Model,
+        scan: &'a Scan,
+        options: &'a FitOptions,
+        monitor: &'a Monitor<'a>,
+    ) -> Result<Self, FitError> {
+        // What is said of the pose is said for all scans together.
+        let (problem, _) = monitor.aside(|| Self::new(model, scan, options, monitor));
+        let problem = problem?;
+        Ok(Self { pose: PoseTreatment::beside(&problem.rigid), ..problem })
+    }
+
     /// The space that the scan shows to be empty. None where it does not say, or the user wants nothing of it, or wants
     /// the fit to end.
     pub(crate) fn free_space(&self) -> Option<&FreeSpace> {

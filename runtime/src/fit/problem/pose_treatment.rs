@@ -55,6 +55,11 @@ impl PoseTreatment {
         Self { moving: true, stands_for: rigid.indices.clone(), report_pose: true, ..none }
     }
 
+    /// The pose of one of several scans: a motion beside the script's parameters, whose own pose keeps its start values.
+    pub(crate) fn beside(rigid: &RigidParameters) -> Self {
+        Self { moving: true, stands_for: rigid.indices.clone(), write_back: false, report_pose: true }
+    }
+
     /// The parameters that vary, ascending: neither fixed, nor following another one, nor replaced by the motion.
     pub(crate) fn free(&self, start: &Start) -> Vec<usize> {
         start.free().filter(|i| !self.stands_for.contains(i)).collect()

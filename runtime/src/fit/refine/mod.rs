@@ -5,6 +5,7 @@
 pub(crate) mod apart;
 pub(crate) mod cover;
 mod earlier;
+pub(crate) mod joint;
 pub(crate) mod mixed;
 pub(crate) mod schedule;
 mod second_search;

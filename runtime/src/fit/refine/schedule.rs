@@ -133,11 +133,7 @@ pub(crate) fn refine<'a>(registration: Registration<'a>) -> Solution<'a> {
     sides.warn(&level);
     problem.monitor.reach(RESTARTED, "");
     // Only now may it rise to the noise's: restarts need the finer scale to see small parts.
-    let noise = (INLIER_DEVIATIONS * problem.scan.noise).min(WIDEST_NOISE * problem.radius);
-    let noise = Loss::with_half_at(guess.loss.kind, noise).sigma;
-    let suggested = || Loss::welsch(suggested_loss(&level, &problem.thin, &guess).sigma.max(noise));
-    let loss = given.unwrap_or_else(suggested);
-    guess.loss = if given.is_none() { Loss::with_half_at(problem.options.loss, loss.half()) } else { loss };
+    guess.loss = given.unwrap_or_else(|| final_loss(&level, &guess));
     // A sample as dense as the scan itself comes first: all points then have hardly anything left to do. Where the
     // motion is still to be put into the script's parameters, they wait for that.
     let sample = problem.points.every(THIN_POINTS);
@@ -201,10 +197,20 @@ pub(crate) fn anneal(level: &Level, points: &Points, mut guess: Guess, given: Op
     guess
 }
 
+/// The loss of the last stage, of the user's kind, at the end of the annealing: at the scale that the residuals suggest
+/// and not below the noise's.
+pub(crate) fn final_loss(level: &Level, guess: &Guess) -> Loss {
+    let problem = level.problem;
+    let noise = (INLIER_DEVIATIONS * problem.scan.noise).min(WIDEST_NOISE * problem.radius);
+    let noise = Loss::with_half_at(guess.loss.kind, noise).sigma;
+    let suggested = Loss::welsch(suggested_loss(level, &problem.thin, guess).sigma.max(noise));
+    Loss::with_half_at(problem.options.loss, suggested.half())
+}
+
 /// The scale that the residuals suggest: the loss is 1/2 (\[VA\] sect. 3) at three robust standard
 /// deviations of the distances, which hold both the noise and what the model's family cannot follow. Never above the
 /// present scale.
-fn suggested_loss(level: &Level, points: &Points, guess: &Guess) -> Loss {
+pub(crate) fn suggested_loss(level: &Level, points: &Points, guess: &Guess) -> Loss {
     let loss = guess.loss;
     let objective = Objective { signs: Some(&guess.signs), ..level.objective(points, loss) };
     let Ok(placed) = objective.place(&guess.estimate) else { return loss };

@@ -7,7 +7,7 @@ mod distance_field;
 pub(crate) mod group;
 mod part_moments;
 pub(crate) mod restart;
-mod screening;
+pub(crate) mod screening;
 mod shape_proposals;
 mod symmetry;
 
@@ -96,7 +96,7 @@ impl Seeds {
 
 /// Warns where the scan's radius of gyration is out of all proportion to the model's (millimetres), and names the unit
 /// of length that would make them alike.
-fn warn_of_unit(problem: &Problem, model: f64) {
+pub(crate) fn warn_of_unit(problem: &Problem, model: f64) {
     let scan = problem.radius;
     let (ratio, word) = if scan < model { (model / scan, "smaller") } else { (scan / model, "larger") };
     if ratio > ANOTHER_UNIT {

@@ -13,7 +13,7 @@ use crate::fit::problem::parameterization::Estimate;
 use crate::fit::problem::points::Points;
 use crate::fit::tuning::{
     ALIGNED_AGAIN, ALIGNMENT_FEW, ALIGNMENT_POINTS, ALIGNMENT_SCALE, BESIDE, CAPTURED, COMPARED, FINE, GLOBAL_RUNGS,
-    HOPELESS, NEAR_RUNGS, ORIENTATIONS, PER_SHAPE, RESTARTED, Rung, SAME_PARAMETERS, WIDEST,
+    HOPELESS, NEAR_RUNGS, ORIENTATIONS, PER_SHAPE, POSE_RUNGS, RESTARTED, Rung, SAME_PARAMETERS, WIDEST,
 };
 use glam::DVec3;
 use rayon::prelude::*;
@@ -82,6 +82,15 @@ pub(super) fn anywhere(level: &Level, seeds: &Seeds, round: usize) -> Option<Can
     }
     let part = best_of(level, seeds, &shapes, &points, Middle::Beside);
     by_value(whole.into_iter().chain(part).collect()).into_iter().next()
+}
+
+/// Candidates for the pose alone of a model whose shape is known, in all orientations, best first: the parameters of
+/// `level` are held. The scan may show any part of the model.
+pub(crate) fn poses(level: &Level) -> Vec<Candidate> {
+    let shape = Estimate { z: Vec::new(), motion: Isometry::IDENTITY };
+    let oriented = [Middle::Same, Middle::Beside].into_iter();
+    let oriented = oriented.flat_map(|middle| distinct(level, orientations(level, &shape, middle), PER_SHAPE));
+    climb(level, by_value(oriented.collect()), &GLOBAL_RUNGS[..POSE_RUNGS])
 }
 
 /// Where the middle of the scan is on the model.

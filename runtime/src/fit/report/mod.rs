@@ -107,6 +107,7 @@ pub(crate) fn result(inference: Inference, residuals: Option<&[Residual]>, near:
         script_sha256: None,
         inputs: Vec::new(),
         scan: problem.scan.source.clone(),
+        scans: Vec::new(),
         parameters,
         measures: Vec::new(),
         equal: equal(problem),
@@ -298,7 +299,7 @@ fn without_sd(solution: &Solution, uncertainty: Option<&Uncertainty>, i: usize) 
 }
 
 /// The parameters that have a standard deviation.
-fn determined(solution: &Solution, uncertainty: &Uncertainty) -> Vec<usize> {
+pub(crate) fn determined(solution: &Solution, uncertainty: &Uncertainty) -> Vec<usize> {
     let slope = solution.level.space.chain(&solution.estimate);
     let determined = |i: &usize| slope.row(*i).amax() > 0.0 && uncertainty.without(slope.row(*i).iter()).is_none();
     (0..solution.level.problem.model.parameters().len()).filter(determined).collect()

@@ -65,7 +65,12 @@ impl Scene<'_> {
     fn shape_of(&self, result: &FitResult) -> EarlierFit {
         let of_pose = pose_parameters(self.model, self.scan);
         let of_shape = result.parameters.iter().filter(|p| !of_pose.contains(&p.name));
-        EarlierFit { values: of_shape.map(|p| (p.name.clone(), p.value)).collect(), pose: None, converged: None }
+        EarlierFit {
+            values: of_shape.map(|p| (p.name.clone(), p.value)).collect(),
+            pose: None,
+            scans: Vec::new(),
+            converged: None,
+        }
     }
 
     /// A fit of the model to a scan; none where there is none, or where it explains no more than some of it.

@@ -26,6 +26,9 @@ pub(crate) const GLOBAL_RUNGS: [Rung; 4] = [
     Rung { candidates: 5, points: 1000, scales: &[0.14, 0.1], sided: true },
     Rung { candidates: 3, points: 1500, scales: &[FINE], sided: true },
 ];
+/// The rungs that candidates for a pose alone climb: with the shape known from other scans the third one, which learns
+/// the sides, leaves five, and all scans together decide between these.
+pub(crate) const POSE_RUNGS: usize = 3;
 /// From a near start.
 pub(crate) const NEAR_RUNGS: [Rung; 2] = [
     Rung { candidates: 1, points: 500, scales: &[0.3, 0.2], sided: false },

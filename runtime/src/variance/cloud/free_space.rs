@@ -46,7 +46,7 @@ pub(in crate::variance) fn contradicted(deviations: &Deviations, scan: &Scan, sp
     if sights.is_empty() {
         return Vec::new();
     }
-    let trees: Vec<Neighbours<'_>> = sights.iter().map(|sights| Neighbours::new(&sights.directions)).collect();
+    let trees: Vec<Neighbours> = sights.iter().map(|sights| Neighbours::new(&sights.directions)).collect();
     let points = Neighbours::new(&scan.mesh.positions);
     let usual = median(&mut spacing.to_vec()).unwrap_or(0.0);
     let near = EmptySpace::nearness(scan.noise, 2.0 * usual);
@@ -56,14 +56,14 @@ pub(in crate::variance) fn contradicted(deviations: &Deviations, scan: &Scan, sp
     };
     where_empty(deviations, |place, outward| {
         let from = place - BEHIND * near * outward;
-        let sees_past = |(sights, tree): (&Sights, &Neighbours<'_>)| sights.see_past(tree, from, near);
+        let sees_past = |(sights, tree): (&Sights, &Neighbours)| sights.see_past(tree, from, near);
         is_away(place) && sights.iter().zip(&trees).any(sees_past)
     })
 }
 
 impl Sights {
     /// Whether lines of sight pass a place, and end farther off than `near` behind it. Millimetres.
-    fn see_past(&self, tree: &Neighbours<'_>, place: DVec3, near: f64) -> bool {
+    fn see_past(&self, tree: &Neighbours, place: DVec3, near: f64) -> bool {
         let offset = place - self.station;
         let range = offset.length();
         let Some(direction) = offset.try_normalize() else { return false };

@@ -99,7 +99,7 @@ impl CloudFeet {
 /// The feet of a cloud's points, and how they are found.
 pub(in crate::variance) struct Cloud<'a> {
     feet: &'a CloudFeet,
-    tree: Neighbours<'a>,
+    tree: Neighbours,
 }
 
 /// Feet that are looked at for the nearest on the face of a texel: those on the other side of a wall may be nearer.

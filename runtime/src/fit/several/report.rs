@@ -1,0 +1,198 @@
+//! The result of a fit of several scans.
+
+use super::{SeveralFit, Whole, carried};
+use crate::fit::attempt::explained;
+use crate::fit::infer::joint::JointUncertainty;
+use crate::fit::infer::sandwich::Uncertainty;
+use crate::fit::infer::{Inference, conclude_several, pose};
+use crate::fit::optimise::joint::motion_of;
+use crate::fit::options::FitError;
+use crate::fit::problem::Problem;
+use crate::fit::problem::level::Level;
+use crate::fit::problem::loss::Loss;
+use crate::fit::problem::objective::{Evaluation, Objective, Order, foot_cache};
+use crate::fit::problem::parameterization::Estimate;
+use crate::fit::refine::joint::Joint;
+use crate::fit::refine::schedule::{Solution, foot_tolerance};
+use crate::fit::report;
+use crate::fit::result::{FitResult, FittedScan};
+use crate::fit::tuning::{CHORD, CONVINCING, EXPLAINED, FINE, NAMED, OTHER_OBJECT};
+use crate::model::EvaluationError;
+use crate::scan::Scan;
+use nalgebra::DVector;
+
+/// The result. What a fit of one scan says of its solution is said of all scans merged.
+pub(super) fn result(
+    whole: &Whole,
+    joint: &Joint,
+    of: &[Solution],
+    uncertainty: Option<JointUncertainty>,
+) -> Result<SeveralFit, FitError> {
+    let Whole { model, scans, options, monitor, .. } = whole;
+    let scan = super::merged(scans, &joint.estimate.motions);
+    // The sentences of the merged problem are those of its scans.
+    let problem = Problem::one_of_several(*model, &scan, options, monitor)?;
+    let (mut solution, open) = (merged_solution(&problem, joint, of)?, uncertainty.as_ref());
+    let mut first = open.map(|all| Uncertainty { undetermined: of_first(joint, all), ..all.of_scans[0].clone() });
+    if let Some(uncertainty) = first.take() {
+        let (settled, uncertainty) = conclude_several(solution, uncertainty);
+        solution = settled;
+        // Sentences on the pose are those of each scan.
+        first = Some(Uncertainty { undetermined: Vec::new(), ..uncertainty });
+    }
+    solution.converged = joint.converged || open.is_some_and(JointUncertainty::is_held);
+    if let Some(all) = open.filter(|all| !all.is_held()) {
+        solution.converged = false;
+        monitor.warn(format!(
+            "the fit of all scans stopped short of the optimum, by {:.2} standard deviations",
+            all.remaining
+        ));
+    }
+    let chosen = first.as_ref().map(|u| report::determined(&solution, u)).unwrap_or_default();
+    let motions = carried(&joint.estimate.motions, solution.estimate.motion);
+    let near = joint.near();
+    let mut fitted = Vec::new();
+    for (n, one) in of.iter().enumerate() {
+        let at = Solution { estimate: Estimate { motion: motions[n], ..solution.estimate.clone() }, ..one.clone() };
+        let (name, uncertainty) = (name(whole, n), open.map(|all| &all.of_scans[n]));
+        let agreement = open.and_then(|all| all.agreement[n]);
+        warn_of_scan(whole, &name, near[n], &at, uncertainty, agreement);
+        fitted.push(FittedScan {
+            source: scans[n].source.clone(),
+            pose: motions[n].into(),
+            pose_covariance: uncertainty.and_then(|u| pose::joint(&at, u, &chosen)),
+            inliers: inliers(&at),
+            rms: at.evaluation.rms(),
+            sigma: at.loss.sigma,
+            noise: scans[n].noise,
+            agreement,
+        });
+    }
+    if let Some(all) = open {
+        all.common.iter().filter_map(|direction| common(whole, joint, direction)).for_each(|s| monitor.warn(s));
+    }
+    let inference = Inference { solution, uncertainty: first, tests: Vec::new(), bootstrap: None, rivals: Vec::new() };
+    let fit = explained(inference).result;
+    let shares = joint.shares();
+    let mean =
+        |value: &dyn Fn(&FittedScan) -> f64| fitted.iter().zip(&shares).map(|(one, share)| share * value(one)).sum();
+    let inliers: f64 = mean(&|one| one.inliers);
+    let squares: f64 = mean(&|one| one.inliers * one.rms * one.rms);
+    let fit = FitResult {
+        pose_covariance: fitted[0].pose_covariance.clone(),
+        objective: of.iter().zip(&shares).map(|(one, share)| share * one.evaluation.value).sum(),
+        inliers: inliers.min(1.0),
+        rms: (squares / inliers.max(f64::MIN_POSITIVE)).sqrt(),
+        scans: fitted,
+        ..fit
+    };
+    Ok(SeveralFit { fit, scan })
+}
+
+/// The joint solution as one of the merged scan, at the widest of the scales.
+fn merged_solution<'a>(
+    problem: &'a Problem<'a>,
+    joint: &Joint,
+    of: &[Solution],
+) -> Result<Solution<'a>, EvaluationError> {
+    let estimate = joint.estimate.of(0);
+    let base = problem.start_level().map_err(|_| EvaluationError::new("the model cannot be evaluated at the start"))?;
+    let own = Level::new(problem, base.space.clone(), &estimate, CHORD)?;
+    let mut space = own.space.clone();
+    space.copy_scale(&joint.members[0].level.space);
+    let level = Level { space, ..own };
+    let sigma = of.iter().map(|one| one.loss.sigma).fold(0.0, f64::max);
+    let loss = Loss { sigma, ..of[0].loss };
+    let signs = of[0].signs.clone();
+    let cache = foot_cache(&problem.points, sigma);
+    let objective = Objective {
+        signs: Some(&signs),
+        tolerance: foot_tolerance(loss, problem.radius),
+        cache: Some(cache.clone()),
+        curved: true,
+        cancellable: false,
+        ..level.objective(&problem.points, loss)
+    };
+    let evaluation = objective.evaluate(&estimate, Order::Normal).unwrap_or_else(|| Evaluation::absent(&level.space));
+    drop(objective);
+    let (converged, iterations, apart_at) = (joint.converged, joint.iterations, None);
+    Ok(Solution { level, estimate, evaluation, loss, signs, converged, cache, iterations, apart_at })
+}
+
+/// The undetermined directions of the shape and the first scan's motion in which no other motion takes part.
+fn of_first(joint: &Joint, all: &JointUncertainty) -> Vec<DVector<f64>> {
+    let free = joint.free();
+    let own = |direction: &DVector<f64>| direction.rows(0, free + 6).into_owned();
+    let alone = all.common.iter().filter(|d| d.rows(free + 6, d.len() - free - 6).amax() <= NAMED * d.amax());
+    all.of_scans[0].undetermined.iter().cloned().chain(alone.map(own)).collect()
+}
+
+fn inliers(solution: &Solution) -> f64 {
+    (solution.evaluation.inliers() / solution.level.problem.points.weight()).min(1.0)
+}
+
+/// The name of a scan's file; its number where it has none, or another scan has the same.
+fn name(whole: &Whole, scan: usize) -> String {
+    let path = |scan: &Scan| scan.source.path.clone();
+    let own = path(&whole.scans[scan]);
+    let is_unique = whole.scans.iter().filter(|other| path(other) == own).count() == 1;
+    if own.is_empty() || !is_unique { format!("scan {}", scan + 1) } else { own }
+}
+
+/// Sentences on one of the scans.
+fn warn_of_scan(
+    whole: &Whole,
+    name: &str,
+    near: f64,
+    at: &Solution,
+    uncertainty: Option<&Uncertainty>,
+    agreement: Option<f64>,
+) {
+    let monitor = whole.monitor;
+    let share = inliers(at);
+    if !(share >= EXPLAINED) || !(near > CONVINCING) {
+        monitor.warn(format!(
+            "{name} may be of another object, or in the wrong place: {:.0} % of its points lie within {:.3} mm of the \
+             model that explains the others, {:.0} % within a {:.0}th of its size",
+            100.0 * share,
+            at.loss.half(),
+            100.0 * near,
+            1.0 / FINE,
+        ));
+    } else if agreement.is_some_and(|p| p < OTHER_OBJECT / whole.scans.len() as f64) {
+        monitor.warn(format!(
+            "{name} does not agree with the other scans on the shape (p = {:.1e}): it may be of another object, or of one \
+             that has changed, or its errors are no noise",
+            agreement.unwrap_or(f64::NAN)
+        ));
+    }
+    for sentence in uncertainty.map(|uncertainty| pose::undetermined(at, uncertainty)).unwrap_or_default() {
+        monitor.warn(format!("{name}: {sentence}"));
+    }
+}
+
+/// A sentence on a change of the shape and of poses that leaves every distance as it is.
+fn common(whole: &Whole, joint: &Joint, direction: &DVector<f64>) -> Option<String> {
+    let space = &joint.members[0].level.space;
+    let free = joint.free();
+    let largest = direction.amax();
+    let changes = space.free.iter().zip(direction.iter()).filter(|(_, s)| s.abs() > NAMED * largest);
+    let changes: Vec<String> =
+        changes.map(|(i, s)| format!("{:+.2} `{}`", s / largest, whole.model.parameters()[*i].name)).collect();
+    let moves = |scan: &usize| motion_of(free, *scan).any(|k| direction[k].abs() > NAMED * largest);
+    let moved: Vec<String> = (0..joint.members.len()).filter(moves).map(|scan| name(whole, scan)).collect();
+    match (changes.is_empty(), moved.is_empty()) {
+        (true, _) => None,
+        (false, true) => Some(format!(
+            "the scans do not determine the combination {} (in millimetres of surface moved): it leaves every distance \
+             as it is",
+            changes.join(" ")
+        )),
+        (false, false) => Some(format!(
+            "the scans do not determine a common change of {} and of the pose in {}: they have nothing in common that \
+             holds the two together",
+            changes.join(" "),
+            moved.join(", ")
+        )),
+    }
+}

@@ -1,0 +1,53 @@
+//! Several scans of one object.
+
+use crate::cli::{MoreScansArgs, ScanArgs};
+use crate::error::CommandError;
+use crate::fit::read_scan;
+use gml_runtime::fit::in_first_frame;
+use gml_runtime::model::Motion;
+use gml_runtime::scan::{Scan, ScanSource};
+use std::path::PathBuf;
+
+/// The files of the scans, in their order.
+pub(crate) fn paths<'a>(scan: &'a ScanArgs, more: &'a MoreScansArgs) -> impl Iterator<Item = &'a PathBuf> + Clone {
+    std::iter::once(&scan.scan).chain(&more.scans)
+}
+
+/// Reads the scans: one, or with --same-pose one of all. Others stay apart.
+pub(crate) fn read(scan: &ScanArgs, more: &MoreScansArgs) -> Result<Vec<Scan>, CommandError> {
+    if more.scans.is_empty() && more.same_pose {
+        return Err(CommandError::usage("--same-pose is for several scans, and only one is given"));
+    }
+    let mut known: Vec<&PathBuf> = Vec::new();
+    for path in paths(scan, more) {
+        if known.contains(&path) {
+            return Err(CommandError::usage(format!("{}: the scan is given twice", path.display())));
+        }
+        known.push(path);
+    }
+    let one = |path: &PathBuf| read_scan(&ScanArgs { scan: path.clone(), reading: scan.reading.clone() });
+    let scans = paths(scan, more).map(one).collect::<Result<Vec<Scan>, CommandError>>()?;
+    Ok(if more.same_pose { vec![Scan::in_one_frame(&scans)] } else { scans })
+}
+
+/// The scans as one in the frame of the first, by the poses of a fit of all of them.
+pub(crate) fn in_frame_of_fit(scans: Vec<Scan>, poses: &[Motion]) -> Result<Scan, CommandError> {
+    let count = scans.len();
+    let mut scans = scans;
+    match (count, poses.len()) {
+        (1, 0) => Ok(scans.swap_remove(0)),
+        (_, fitted) if fitted == count => Ok(in_first_frame(&scans, poses)),
+        (_, 0) => Err(CommandError::usage(format!(
+            "where the {count} scans lie to each other is not known: name a fit of all of them (--params), or say \
+             --same-pose if they have one frame"
+        ))),
+        (_, fitted) => Err(CommandError::usage(format!(
+            "--params is a fit of {fitted} scans, and {count} are given: name the same ones in the same order"
+        ))),
+    }
+}
+
+/// The files of all scans: of several that are one now, those of its parts.
+pub(crate) fn sources(scans: &[Scan]) -> Vec<ScanSource> {
+    scans.iter().map(|scan| scan.source.clone()).collect()
+}
