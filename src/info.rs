@@ -41,6 +41,7 @@ fn figures(survey: &Survey) -> Vec<Vec<String>> {
     let unit_from = match survey.unit_from {
         "file" => "as the file states",
         "option" => "by --unit",
+        "format" => "assumed, as the format usually has it: the file states none; --unit sets it",
         _ => "assumed: the file states none; --unit sets it",
     };
     let mut rows = vec![

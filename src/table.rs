@@ -24,7 +24,8 @@ pub(crate) fn number(x: f64) -> String {
     format!("{x:.decimals$}")
 }
 
-/// A coordinate of a place: far from the origin, as those of surveys are, it has hundredths of a millimetre all the same.
+/// A coordinate of a place: far from the origin, as those of surveys are, it has hundredths of a millimetre all the
+/// same.
 pub(crate) fn coordinate(x: f64) -> String {
     if x.is_finite() && (1e4..1e12).contains(&x.abs()) { format!("{x:.2}") } else { number(x) }
 }

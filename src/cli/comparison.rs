@@ -311,7 +311,8 @@ Examples:
   gmlc variance design.stl scan.ply --tolerance +0.3/-0.1mm --device-uncertainty 0.02mm -o out
   gmlc variance design.stl scan.ply --tolerance 0.3mm --decision p=0.99 --min-coverage 0.95 --footprint 5mm -o out")]
 pub(crate) struct VarianceArgs {
-    /// A script (.gml, with --params) or a reference mesh (.obj, .stl, .ply, .off, .gltf, .glb, .3mf) in the scan's position
+    /// A script (.gml, with --params) or a reference mesh (.obj, .stl, .ply, .off, .gltf, .glb, .3mf) in the scan's
+    /// position
     #[arg(value_name = "REFERENCE")]
     pub(crate) reference: PathBuf,
     #[command(flatten)]

@@ -34,8 +34,8 @@ pub(crate) struct ReadingArgs {
     /// Make triangles of a cloud, a surface through its points: then it is measured by rays, as a mesh is
     #[arg(long)]
     pub(crate) surface: bool,
-    /// Simplify a mesh to at most N triangles, whose corners are points of the scan; of a cloud keep N points, chosen by
-    /// lot
+    /// Simplify a mesh to at most N triangles, whose corners are points of the scan; of a cloud keep N points, chosen
+    /// by lot
     #[arg(long, value_name = "N", value_parser = values::whole(1_usize, usize::MAX))]
     pub(crate) decimate: Option<usize>,
 }

@@ -53,6 +53,9 @@ pub(crate) trait Points {
     /// The unit that the file states, in millimetres. Before the first point.
     fn unit(&mut self, millimetres: f64);
 
+    /// The unit that files of the format have by custom, in millimetres, where this one does not state it.
+    fn usual_unit(&mut self, millimetres: f64);
+
     /// Begins the next of the scans in the file: points that follow belong to it. A file of one scan need not say so.
     fn begin(&mut self, entry: Entry);
 

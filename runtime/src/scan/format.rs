@@ -149,6 +149,9 @@ pub(super) fn recognise(path: &Path, head: &[u8], size: u64) -> Result<Format, S
     let by_name = Format::of_ending(&extension);
     match by_name {
         None | Some(Format::Table) if table::recognise(head) => Ok(Format::Table),
+        Some(format) if format != Format::Table && is_utf16(head) => {
+            Err(ScanFault::NotRecognised { found: "a text in UTF-16".to_owned(), fix: "save it as UTF-8" })
+        }
         // Any text may be called so.
         Some(Format::Table) if extension == "txt" || extension == "dat" => {
             Err(ScanFault::NotRecognised { found: describe(head), fix: CONVERT })
@@ -156,6 +159,10 @@ pub(super) fn recognise(path: &Path, head: &[u8], size: u64) -> Result<Format, S
         Some(format) => Ok(format),
         _ => Err(ScanFault::NotRecognised { found: describe(head), fix: CONVERT }),
     }
+}
+
+fn is_utf16(head: &[u8]) -> bool {
+    head.starts_with(b"\xff\xfe") || head.starts_with(b"\xfe\xff")
 }
 
 /// The format that the first bytes say by themselves.

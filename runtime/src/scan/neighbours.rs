@@ -54,8 +54,8 @@ impl Neighbours {
         nearest.points.into_iter().map(|(_, index)| index).collect()
     }
 
-    /// What `of` makes of each point, given by its index, and of the k nearest to it; in the order of the points, on all
-    /// threads. Neighbours are looked for one after the other, which takes a third of the time of any other order.
+    /// What `of` makes of each point, given by its index, and of the k nearest to it; in the order of the points, on
+    /// all threads. Neighbours are looked for one after the other, which takes a third of the time of any other order.
     pub(crate) fn at_each<T: Send>(&self, k: usize, of: impl Fn(usize, &[u32]) -> T + Sync) -> Vec<T> {
         let together = |(order, points): (&[u32], &[[f64; 3]])| {
             let mut nearest = Nearest { k, points: Vec::with_capacity(k + 1) };

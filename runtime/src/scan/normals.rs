@@ -47,8 +47,8 @@ fn of_cloud(positions: &[[f64; 3]]) -> Vec<[f64; 3]> {
     })
 }
 
-/// Turns the normals of a cloud towards the scanner, which sees no surface from behind; false where a point's station is
-/// not known.
+/// Turns the normals of a cloud towards the scanner, which sees no surface from behind; false where a point's station
+/// is not known.
 pub(super) fn turn_to_stations(mesh: &mut TriangleMesh, stations: &Stations) -> bool {
     let known = !stations.of_points.is_empty() && (0..stations.of_points.len()).all(|i| stations.of(i).is_some());
     if known {

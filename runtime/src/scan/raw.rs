@@ -42,6 +42,8 @@ pub(super) struct RawMesh {
     pub(super) attributes: Attributes,
     /// The unit that the file states, in millimetres.
     pub(super) unit: Option<f64>,
+    /// The file does not state it: it is that which files of the format have.
+    pub(super) is_usual_unit: bool,
     /// Sentences about what of the file is left out, or looks as if it was lost before.
     pub(super) warnings: Vec<String>,
 }

@@ -34,8 +34,9 @@ pub(super) struct Reservoir<'a> {
     progress: &'a dyn Progress,
     /// What the user says of the unit, in millimetres.
     given: Option<f64>,
-    /// What the file says.
+    /// What the file says, or what is usual.
     stated: Option<f64>,
+    is_usual: bool,
     crop: Option<Bounds>,
     /// The edge of the cubes; none as long as all points are kept.
     edge: Option<f64>,
@@ -145,6 +146,7 @@ impl<'a> Reservoir<'a> {
             progress,
             given,
             stated: None,
+            is_usual: false,
             crop,
             edge: voxel,
             most,
@@ -255,6 +257,7 @@ impl<'a> Reservoir<'a> {
             normals,
             attributes,
             unit: self.stated,
+            is_usual_unit: self.is_usual,
             warnings: self.warnings,
             ..RawMesh::default()
         };
@@ -265,6 +268,10 @@ impl<'a> Reservoir<'a> {
 impl Points for Reservoir<'_> {
     fn unit(&mut self, millimetres: f64) {
         self.stated = Some(millimetres);
+    }
+
+    fn usual_unit(&mut self, millimetres: f64) {
+        (self.stated, self.is_usual) = (Some(millimetres), true);
     }
 
     fn begin(&mut self, entry: Entry) {
@@ -288,7 +295,7 @@ impl Points for Reservoir<'_> {
         }
         let scale = self.unit_in_millimetres();
         for point in points {
-            if !point.position.iter().all(|c| c.is_finite()) {
+            if point.position.iter().any(|c| c.is_nan()) {
                 self.counts.empty += 1;
                 continue;
             }
@@ -351,7 +358,7 @@ mod tests {
         let mut tenths = [0; 10];
         for run in 0..200 {
             let mut points = points(4000);
-            points.iter_mut().for_each(|p| p.position[0] += 100.0 + f64::from(run) * 1e-6);
+            points.iter_mut().for_each(|p| p.position = [p.position[0] + f64::from(run) * 1e-6, 0.0, 0.0]);
             points.rotate_left(run as usize * 20 % 4000);
             points.iter_mut().enumerate().for_each(|(i, p)| p.intensity = Some(i as f32));
             let (raw, counts) = read(&points, Some(1.0), usize::MAX);

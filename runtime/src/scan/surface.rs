@@ -6,8 +6,8 @@
 //! make, and what one makes where it closes a gap between others. No directed edge is taken twice, so that the surface
 //! neither branches nor folds. No edge is longer than the spacing of the points allows: a hole stays one.
 //!
-//! It moves no point and adds none. Where the noise is as large as the spacing the triangles zigzag as the points do; at
-//! edges sharper than the points can follow, and where their spacing changes abruptly, gaps are left.
+//! It moves no point and adds none. Where the noise is as large as the spacing the triangles zigzag as the points do;
+//! at edges sharper than the points can follow, and where their spacing changes abruptly, gaps are left.
 
 use super::attributes::Attributes;
 use super::neighbours::Neighbours;
@@ -97,8 +97,8 @@ impl Points<'_> {
     }
 }
 
-/// A number from 0 to 1 that has nothing to do with those of other indices (the finaliser of SplitMix64; Steele, Lea and
-/// Flood 2014): even sequences would be even along the rows of a grid, too.
+/// A number from 0 to 1 that has nothing to do with those of other indices (the finaliser of SplitMix64; Steele, Lea
+/// and Flood 2014): even sequences would be even along the rows of a grid, too.
 fn mixed(index: usize) -> f64 {
     let mut x = (index as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);

@@ -32,7 +32,7 @@ pub struct Survey {
     pub format: String,
     /// The unit of the file's coordinates.
     pub unit: String,
-    /// Who says so: `file`, `option` or `default`.
+    /// Who says so: `file`, `option`, `format` (files of it usually have it), or `default`.
     pub unit_from: &'static str,
     /// Points after cleaning.
     pub points: usize,
@@ -117,6 +117,7 @@ pub fn survey(path: &Path, options: &ReadOptions, progress: &dyn Progress) -> Re
         let contents = Contents::read(path, Opened::new(path)?, options, progress)?;
         let unit_from = match (options.unit, contents.raw.unit) {
             (Some(_), _) => "option",
+            (None, Some(_)) if contents.raw.is_usual_unit => "format",
             (None, Some(_)) => "file",
             (None, None) => "default",
         };

@@ -4,9 +4,9 @@ use super::field::Field;
 use super::scanner::{Kind, Scanner};
 use glam::DVec3;
 
-/// The noise of a scanner: normally distributed with the standard deviation
-/// sqrt(noise^2 + (noise_range r)^2), r the range, divided by the cosine of the incidence angle where that is asked for.
-/// A share of the variance is correlated in space, the rest is white.
+/// The noise of a scanner: normally distributed with the standard deviation sqrt(noise^2 + (noise_range r)^2), r the
+/// range, divided by the cosine of the incidence angle where that is asked for. A share of the variance is correlated
+/// in space, the rest is white.
 pub(super) struct Noise {
     noise: f64,
     range: f64,

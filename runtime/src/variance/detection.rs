@@ -26,8 +26,8 @@ pub struct ParameterCovariance<'a> {
 /// level of its own, with its own uncertainty for the noise; `level` is that of the part's `noise`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Detection {
-    /// Standard deviation of a point of the scan along the normal; in a cloud standard uncertainty of a texel's distance
-    /// by the scatter of the points about it, root mean square over the part. Millimetres.
+    /// Standard deviation of a point of the scan along the normal; in a cloud standard uncertainty of a texel's
+    /// distance by the scatter of the points about it, root mean square over the part. Millimetres.
     pub noise: f64,
     /// Standard deviation of the model's surface along its normal, from the covariance of the fitted parameters: root
     /// mean square over the part. Millimetres; 0 without a fit.

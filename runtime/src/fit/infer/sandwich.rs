@@ -183,7 +183,8 @@ impl<'o> Information<'o> {
         chain.tr_mul(&(meat * chain))
     }
 
-    /// The pull of all points on the coordinates: the sum of weight times signed distance times J, with its sign turned.
+    /// The pull of all points on the coordinates: the sum of weight times signed distance times J, with its sign
+    /// turned.
     pub(crate) fn pull(&self) -> DVector<f64> {
         let mut pull = DVector::zeros(self.chain.nrows());
         let none = || DVector::zeros(self.chain.nrows());

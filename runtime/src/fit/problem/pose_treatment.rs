@@ -55,7 +55,8 @@ impl PoseTreatment {
         Self { moving: true, stands_for: rigid.indices.clone(), report_pose: true, ..none }
     }
 
-    /// The pose of one of several scans: a motion beside the script's parameters, whose own pose keeps its start values.
+    /// The pose of one of several scans: a motion beside the script's parameters, whose own pose keeps its start
+    /// values.
     pub(crate) fn beside(rigid: &RigidParameters) -> Self {
         Self { moving: true, stands_for: rigid.indices.clone(), write_back: false, report_pose: true }
     }

@@ -1,5 +1,5 @@
-//! One object in several scans: one shape, and a pose in each, all solved together. The model registers the scans, which
-//! need not overlap (docs/decisions/0062-several-scans.md).
+//! One object in several scans: one shape, and a pose in each, all solved together. The model registers the scans,
+//! which need not overlap (docs/decisions/0062-several-scans.md).
 
 mod merge;
 mod place;

@@ -65,6 +65,11 @@ impl<'a> Batch<'a> {
         self.points.unit(millimetres);
     }
 
+    /// The unit that files of the format have by custom.
+    pub(super) fn usual_unit(&mut self, millimetres: f64) {
+        self.points.usual_unit(millimetres);
+    }
+
     pub(super) fn warn(&mut self, sentence: String) {
         self.points.warn(sentence);
     }

@@ -32,7 +32,7 @@ pub(in crate::scan) fn recognise(head: &[u8]) -> bool {
 pub(in crate::scan) fn read(input: Input, points: &mut dyn Points) -> Result<(), ScanFault> {
     let only = input.only;
     let mut batch = Batch::new(points, input.size);
-    batch.unit(METRE);
+    batch.usual_unit(METRE);
     let mut lines = Lines::new(input, FORMAT)?;
     let mut scans = 0;
     while lines.advance_to_text()? {

@@ -38,7 +38,7 @@ fn percent(share: f64) -> String {
 /// Of a file that states no unit, a size that another one makes usual.
 fn size(survey: &Survey) -> Option<String> {
     let size = extents(survey).into_iter().fold(0.0, f64::max);
-    if survey.unit_from != "default" || size == 0.0 || (USUAL[0]..USUAL[1]).contains(&size) {
+    if !matches!(survey.unit_from, "default" | "format") || size == 0.0 || (USUAL[0]..USUAL[1]).contains(&size) {
         return None;
     }
     let usual = |unit: &Unit| (USUAL[0]..USUAL[1]).contains(&(size * unit.millimetres()));

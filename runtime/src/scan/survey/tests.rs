@@ -44,18 +44,15 @@ fn what_looks_wrong_is_said() {
     assert!(said(&surveyed("a.obj", &cube(0.1, 0)), "--unit m"));
     let torn = cube(20.0, 0).replace("f 1 3 4\n", "f 1 4 3\n");
     assert!(said(&surveyed("a.obj", &torn), "3 edges lie between triangles that face to different sides"));
-    let two = cube(20.0, 0)
-        + &cube(20.0, 0)
-            .replace("v 0", "v 500")
-            .lines()
-            .map(|l| match l.strip_prefix("f ") {
-                Some(face) => format!(
-                    "f {}\n",
-                    face.split(' ').map(|i| (i.parse::<u32>().unwrap() + 8).to_string()).collect::<Vec<_>>().join(" ")
-                ),
-                None => format!("{l}\n"),
-            })
-            .collect::<String>();
+    let moved = |line: &str| match line.strip_prefix("f ") {
+        Some(face) => {
+            let corners: Vec<String> = face.split(' ').map(|i| (i.parse::<u32>().unwrap() + 8).to_string()).collect();
+            format!("f {}\n", corners.join(" "))
+        }
+        None => format!("{}\n", line.replacen("v ", "v 5", 1)),
+    };
+    // A 5 before the first digit: 50 and 520 for 0 and 20.
+    let two = cube(20.0, 0) + &cube(20.0, 0).lines().map(moved).collect::<String>();
     let two = surveyed("a.obj", &two);
     assert_eq!(two.pieces, 2);
     assert!(said(&two, "it has 2 pieces"), "{:?}", two.suspicions);

@@ -144,7 +144,7 @@ fn other_files_under_the_name_of_a_scan_are_named() {
         (b"version https://git-lfs.github.com/spec/v1\noid sha256:1\nsize 9\n", "`git lfs pull` fetches that"),
         (b"/annex/objects/SHA256E-s9--1.ply\n", "`git annex get` fetches that"),
         (b"\xff\xfev\0 \x001\0", "found a text in UTF-16; save it as UTF-8"),
-        (b"{\"asset\": {}}", "found a JSON file; convert it"),
+        (b"{\"name\": {}}", "found a JSON file; convert it"),
     ] {
         for name in ["a.obj", "a.ply", "a.stl"] {
             let error = scan_of(name, bytes).unwrap_err();

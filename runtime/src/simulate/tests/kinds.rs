@@ -40,6 +40,9 @@ fn require_linear(values: &[(usize, f64)], what: &str) {
     }
 }
 
+/// The station, column, row and place of a cell.
+type Cell = (usize, usize, usize, [f64; 3]);
+
 #[test]
 fn a_panorama_keeps_the_grids_of_its_stations() {
     let scanner = Scanner { kind: Kind::Panorama, stations: 3, noise: 0.3, random_pose: true, ..exact() };
@@ -47,7 +50,7 @@ fn a_panorama_keeps_the_grids_of_its_stations() {
     assert_eq!((scan.grids.len(), scan.truth.stations.len(), scan.mesh.triangles.len()), (3, 3, 0));
     let cells = cells(&scan);
     for k in 0..3 {
-        let of = |value: fn(&(usize, usize, usize, [f64; 3])) -> (usize, f64)| -> Vec<(usize, f64)> {
+        let of = |value: fn(&Cell) -> (usize, f64)| -> Vec<(usize, f64)> {
             let around = cells.iter().find(|c| c.0 == k).unwrap().3;
             let middle = around[1].atan2(around[0]);
             cells

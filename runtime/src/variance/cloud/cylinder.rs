@@ -77,8 +77,8 @@ pub(super) struct Sample {
 }
 
 /// Distances from texels to a cloud, along their normals, or to the nearest points of the planes through the cylinders'
-/// points. `cosine` has the cosines of the angles by which averaged normals turned; `noise` is the standard deviation of
-/// the points along the normals, in millimetres.
+/// points. `cosine` has the cosines of the angles by which averaged normals turned; `noise` is the standard deviation
+/// of the points along the normals, in millimetres.
 pub(in crate::variance) fn cylinders(
     texels: Texels,
     cloud: &Cloud<'_>,
@@ -169,9 +169,9 @@ fn largest_gap(directions: &mut [f64]) -> f64 {
     directions.windows(2).map(|pair| pair[1] - pair[0]).fold(2.0 * PI + first - last, f64::max)
 }
 
-/// The height at the axis of the plane that fits points best, with weights that fall from 1 at the axis to 0 at the rim,
-/// outliers left out; its slope is in millimetres a radius. None where points are too few, or on one side so that the
-/// height is less certain than that of a single point.
+/// The height at the axis of the plane that fits points best, with weights that fall from 1 at the axis to 0 at the
+/// rim, outliers left out; its slope is in millimetres a radius. None where points are too few, or on one side so that
+/// the height is less certain than that of a single point.
 pub(super) fn plane_at_axis(samples: &[Sample], noise: f64) -> Option<Found> {
     let mut kept: Vec<Sample> = samples.to_vec();
     for round in 0.. {

@@ -5,7 +5,8 @@
 //! (Lague, Brodu and Leroux, 'Accurate 3D comparison of complex topography with terrestrial laser scanner', 2013). The
 //! disc is as large as the spacing of the points about it asks for. A plane through their heights, fitted by least
 //! squares, has at the texel the distance, and its standard uncertainty. Since heights are those over the model, its
-//! own curvature, and steps of it, do not enter: only what the deviations themselves are curved in the disc is smoothed.
+//! own curvature, and steps of it, do not enter: only what the deviations themselves are curved in the disc is
+//! smoothed.
 //!
 //! A point belongs to one place, the nearest: what other surfaces of the model, or the other side of a thin wall, have
 //! for themselves is not measured again.

@@ -73,13 +73,14 @@ pub struct Measurement {
     pub sensitivity_maps: Option<SensitivityMaps>,
 }
 
-/// Measures the deviations of a scan from a surface (\[VA\] sect. 5 and 6): casts rays from the texels of the surface, or
-/// takes the points of a cloud in cylinders about their normals, computes statistics, tolerances, levels of detection and deviations of form, and finds what the model does not
-/// explain. `covariance` is that of the fitted parameters, if the model was fitted.
+/// Measures the deviations of a scan from a surface (\[VA\] sect. 5 and 6): casts rays from the texels of the surface,
+/// or takes the points of a cloud in cylinders about their normals, computes statistics, tolerances, levels of
+/// detection and deviations of form, and finds what the model does not explain. `covariance` is that of the fitted
+/// parameters, if the model was fitted.
 ///
 /// # Errors
-/// If holes of a point cloud are to be closed, the surface cannot be evaluated or has no texture, no hierarchy can be built, or an
-/// option is out of range.
+/// If holes of a point cloud are to be closed, the surface cannot be evaluated or has no texture, no hierarchy can be
+/// built, or an option is out of range.
 pub fn measure(
     reference: Reference<'_>,
     scan: &Scan,

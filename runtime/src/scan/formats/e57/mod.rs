@@ -38,7 +38,7 @@ pub(in crate::scan) fn read(input: Input, points: &mut dyn Points) -> Result<(),
     let all = wanted().map(|(_, scan)| scan.records).fold(0, u64::saturating_add);
     let mut before = 0;
     for (index, scan) in wanted() {
-        scan.warnings.iter().for_each(|warning| points.warn(format!(": {warning}")));
+        scan.warnings.iter().for_each(|warning| points.warn(warning.clone()));
         points.begin(Entry { name: scan.name.clone(), station: station(scan) });
         read_scan(&mut pages, index, scan, points, |done| (before + done) as f64 / all.max(1) as f64)?;
         before = before.saturating_add(scan.records);
@@ -74,7 +74,7 @@ fn read_xml(pages: &mut Pages, size: u64, points: &mut dyn Points) -> Result<Str
         ));
     }
     if length < size {
-        points.warn(format!(": {} bytes behind its end are left out", size - length));
+        points.warn(format!("{} bytes behind its end are left out", size - length));
     }
     let start = logical(offset).filter(|start| start.checked_add(xml).is_some_and(|end| end <= pages.len()));
     let Some(start) = start else {
@@ -144,7 +144,7 @@ fn read_scan(
     }
     if vector.has_more()? {
         let records = scan.records;
-        points.warn(format!(": scan {index} has points behind the {records} that it announces; they are left out"));
+        points.warn(format!("scan {index} has points behind the {records} that it announces; they are left out"));
     }
     Ok(())
 }
@@ -222,8 +222,8 @@ fn cartesian([range, azimuth, elevation]: [f64; 3]) -> [f64; 3] {
 /// 1, integers of 255.
 fn full_range(stated: Option<[f64; 2]>, field: &Field) -> [f64; 2] {
     let usual = if let Kind::Integer { .. } = field.kind { [0.0, 255.0] } else { [0.0, 1.0] };
-    let widths = [stated, field.range].into_iter().flatten();
-    widths.filter(|[low, high]| low < high && (high - low).is_finite()).next().unwrap_or(usual)
+    let mut widths = [stated, field.range].into_iter().flatten();
+    widths.find(|[low, high]| low < high && (high - low).is_finite()).unwrap_or(usual)
 }
 
 fn eight_bits(value: f64, [low, high]: [f64; 2]) -> u8 {

@@ -159,7 +159,7 @@ impl Header {
         self.count = if new > 0 { new } else { old };
         if new > 0 && old > 0 && new != old {
             points.warn(format!(
-                ": its header announces {new} points, and {old} in the field of older versions; the former holds"
+                "its header announces {new} points, and {old} in the field of older versions; the former holds"
             ));
         }
         Ok(())
@@ -186,7 +186,7 @@ impl Header {
         for index in 0..count {
             let Some(next) = self.keep_record(source, at, self.start, RECORD[0])? else {
                 points.warn(format!(
-                    ": of the {count} records behind its header {index} are read: the next one at byte {at} does not end before the points"
+                    "of the {count} records behind its header {index} are read: the next one at byte {at} does not end before the points"
                 ));
                 break;
             };
@@ -207,8 +207,7 @@ impl Header {
             return Ok(());
         }
         if from < self.start || from > size {
-            points
-                .warn(format!(": its {count} records at byte {from} are left out, as they are not behind its points"));
+            points.warn(format!("its {count} records at byte {from} are left out, as they are not behind its points"));
             return Ok(());
         }
         self.end = from;
@@ -217,7 +216,7 @@ impl Header {
         for index in 0..count {
             let Some(next) = self.keep_record(source, at, size, RECORD[1])? else {
                 points.warn(format!(
-                    ": of the {count} records behind its points {index} are read; the file may be cut off"
+                    "of the {count} records behind its points {index} are read; the file may be cut off"
                 ));
                 break;
             };

@@ -33,8 +33,7 @@ pub(in crate::scan) fn read(input: Input, points: &mut dyn Points) -> Result<(),
     if only.is_some_and(|only| only > 0) {
         return Err(ScanFault::NoSuchScan { count: 1 });
     }
-    let (unit, height) = units(&header, points)?;
-    points.unit(unit);
+    let height = units(&header, points)?;
     let layout = Layout::new(&header, height);
     let records = if header.is_compressed {
         Records::Packed(Box::new(Unpacker::new(source, &header, size)?))
@@ -46,31 +45,35 @@ pub(in crate::scan) fn read(input: Input, points: &mut dyn Points) -> Result<(),
     Reading { header: &header, layout, records, done: 0, shift: None, has_warned: false }.read_all(points)
 }
 
-/// The unit of x and y in millimetres, and that of z as a part of it.
-fn units(header: &Header, points: &mut dyn Points) -> Result<(f64, f64), ScanFault> {
+/// Says the unit of x and y; returns that of z as a part of it.
+fn units(header: &Header, points: &mut dyn Points) -> Result<f64, ScanFault> {
     match crs::system(header) {
         Some(System::Lengths { plane, height }) => {
             let part = height.map_or(1.0, |height| height / plane);
             if part != 1.0 {
-                points.warn(format!(": its heights are in another unit than x and y: they are multiplied by {part}"));
+                points.warn(format!("its heights are in another unit than x and y: they are multiplied by {part}"));
             }
-            Ok((plane, part))
+            points.unit(plane);
+            Ok(part)
         }
         Some(System::Angles) if are_angles(header.bounds) => {
             let message = "its coordinates are degrees of longitude and latitude; project them first, for example to UTM (`pdal translate --filter reprojection`)";
             Err(ScanFault::malformed(FORMAT, "coordinate system", message))
         }
         Some(System::Angles) => {
-            points.warn(": its coordinate system has degrees, but its coordinates are larger; they are taken as metres (--unit says otherwise)".to_owned());
-            Ok((METRE, 1.0))
+            points.warn("its coordinate system has degrees, but its coordinates are larger; they are taken as metres (--unit says otherwise)".to_owned());
+            points.usual_unit(METRE);
+            Ok(1.0)
         }
         Some(System::Unknown(what)) => {
-            points.warn(format!(": it {what}; metres are assumed (--unit says otherwise)"));
-            Ok((METRE, 1.0))
+            points.warn(format!("it {what}; metres are assumed (--unit says otherwise)"));
+            points.usual_unit(METRE);
+            Ok(1.0)
         }
         None => {
-            points.warn(": it has no coordinate system; metres are assumed (--unit says otherwise)".to_owned());
-            Ok((METRE, 1.0))
+            points.warn("it has no coordinate system; metres are assumed (--unit says otherwise)".to_owned());
+            points.usual_unit(METRE);
+            Ok(1.0)
         }
     }
 }
@@ -115,7 +118,7 @@ fn check_count(
             format!("the header announces {count} points, and {} more follow; export the file again", rest / length);
         return Err(ScanFault::malformed(FORMAT, format!("byte {start}"), message));
     }
-    points.warn(format!(": {rest} bytes behind the last point of the header are left out"));
+    points.warn(format!("{rest} bytes behind the last point of the header are left out"));
     Ok(())
 }
 
@@ -182,7 +185,7 @@ impl Reading<'_> {
         if self.shift.is_some_and(|shift| shift.is_exceeded(largest)) && !self.has_warned {
             self.has_warned = true;
             points.warn(format!(
-                ": its first {} points have colours of 8 bits, and later ones up to {largest}; those are taken as 255",
+                "its first {} points have colours of 8 bits, and later ones up to {largest}; those are taken as 255",
                 self.done
             ));
         }

@@ -37,10 +37,7 @@ fn slots(element: &Element) -> Vec<Option<usize>> {
     let place = |property: &Property| {
         let is = |name: &&str| name.eq_ignore_ascii_case(property.name);
         let exact = |names: &[&str]| names.contains(&property.name);
-        NAMES
-            .iter()
-            .enumerate()
-            .position(|(k, names)| if k < RED { exact(names) } else { names.iter().any(|n| is(&n)) })
+        NAMES.iter().enumerate().position(|(k, names)| if k < RED { exact(names) } else { names.iter().any(&is) })
     };
     let mut slots: Vec<Option<usize>> = Vec::new();
     for property in &element.properties {

@@ -26,7 +26,7 @@ fn spherical_coordinates_and_their_states() {
         // States 0, 0, 1 (a direction), 2 (invalid), 0 in two bits each.
         vec![0b1001_0000, 0],
     ];
-    let read = collect(&e57("", prototype, 5, &[fields.clone()]), None).unwrap();
+    let read = collect(&e57("", prototype, 5, std::slice::from_ref(&fields)), None).unwrap();
     assert_eq!((read.points.len(), read.marked, read.empty), (2, 2, 1));
     assert!(near(read.points[0].position, [0.0, 2.0, 0.0]) && near(read.points[1].position, [0.0, 0.0, 3.0]));
     assert_eq!(read.entries[0].station, Some(Station::at([0.0; 3])));

@@ -31,6 +31,10 @@ impl Points for Collected {
         self.unit = Some(millimetres);
     }
 
+    fn usual_unit(&mut self, millimetres: f64) {
+        self.unit(millimetres);
+    }
+
     fn begin(&mut self, entry: Entry) {
         self.entries.push(entry);
     }
