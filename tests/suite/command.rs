@@ -201,7 +201,7 @@ fn what_is_wrong_with_files_and_options_is_said() {
         (&["fit", &cup, "text.stl"], 1, &["text.stl"]),
         (&["fit", &cup, "nan.obj"], 1, &["nan.obj", "finite"]),
         (&["fit", &cup, "flat.obj"], 1, &["flat.obj"]),
-        (&["inspect", &cup, "cloud.obj", "-o", "out"], 1, &["cloud.obj", "triangles"]),
+        (&["inspect", &cup, "cloud.obj", "--fill-holes", "2mm", "-o", "out"], 1, &["cloud.obj", "triangles"]),
         (&["fit", &cup, "cloud.obj", "--unit", "furlong"], 2, &["--unit", "furlong"]),
         (&["fit", &cup, "cloud.obj", "-p", "r=42"], 2, &["r", "42mm"]),
         (&["fit", &cup, "cloud.obj", "-p", "q=42mm"], 2, &["q", "shape"]),

@@ -10,7 +10,7 @@ use std::process::{Command, Stdio};
 use tempfile::tempdir;
 
 /// All commands.
-pub(crate) const COMMANDS: [&str; 14] = [
+pub(crate) const COMMANDS: [&str; 16] = [
     "check",
     "mesh",
     "diff",
@@ -18,6 +18,8 @@ pub(crate) const COMMANDS: [&str; 14] = [
     "doc",
     "fmt",
     "scan",
+    "info",
+    "convert",
     "fit",
     "variance",
     "inspect",
@@ -86,7 +88,7 @@ fn every_command_says_where_it_wrote() {
         (&["fit", "ball.gml", "scan.ply", "-o", "f.json", "--trace", "t.csv"], "wrote t.csv\nwrote f.json\n"),
         (&["compare", "fit.json", "ball.gml", "-o", "c.json"], "wrote c.json\n"),
         (&["doc", "ball.gml", "-o", "pages"], "wrote pages/ball.md\n"),
-        (&["man", "-o", "man1/"], "wrote man1/: gmlc.1 and 14 other files\n"),
+        (&["man", "-o", "man1/"], "wrote man1/: gmlc.1 and 16 other files\n"),
         (&[&variance[..], &["v"]].concat(), "wrote v/: "),
         (&[&inspect[..], &["i"]].concat(), "wrote i/: report.html and "),
     ] {

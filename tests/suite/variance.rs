@@ -413,7 +413,9 @@ fn a_cloud_is_measured_and_has_no_edges_of_holes() {
         let side = &report["parts"][0];
         // Chords between points 0.8 mm apart are 0.004 mm inside of the circle.
         assert!((number(&side["signed"]["mean"]) - 0.3).abs() < 0.006, "{side}");
-        assert!(number(&side["coverage"]) > 0.95, "{side}");
+        // Of four points in a square neighbours may take different diagonals: no triangle is kept there.
+        let least = if options.is_empty() { 0.95 } else { 0.75 };
+        assert!(number(&side["coverage"]) > least, "{side}");
         for file in ["report.html", "model.x3d", "views.png", "overview.png", "distance.tif", "unmatched.ply"] {
             assert!(folder.join(out).join(file).exists(), "{file}");
         }

@@ -49,7 +49,7 @@ pub enum ScanFault {
         points: u64,
     },
     /// No triangles can be made of its points.
-    #[error("no triangles can be made of its {points} points, which lie on no surface: leave out --surface")]
+    #[error("no triangles can be made of its {points} points, which lie on no surface; mesh the points first")]
     NoSurface {
         /// Points of the cloud.
         points: usize,

@@ -86,6 +86,7 @@ impl Contents {
         options: &ReadOptions,
         progress: &dyn Progress,
     ) -> Result<Self, ScanFault> {
+        progress.report("reading the scan", 0.0, "");
         let format = format::recognise(&opened.name, &opened.head, opened.size)?;
         let given = options.unit.map(Unit::millimetres);
         let reservoir = |stated| Reservoir::new(given.or(stated), options.crop, options.voxel, MOST_POINTS, progress);
