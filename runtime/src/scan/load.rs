@@ -33,7 +33,7 @@ pub struct Loaded {
 /// Reads a file without mending anything: nothing is merged, computed or turned.
 ///
 /// # Errors
-/// As [`read`].
+/// As [`read`](super::read).
 pub fn load(path: &Path, options: &ReadOptions, progress: &dyn Progress) -> Result<Loaded, ScanError> {
     let loaded = || {
         let contents = Contents::read(path, Opened::new(path)?, options, progress)?;
