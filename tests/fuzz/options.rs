@@ -38,8 +38,8 @@ fn help(args: &[&str]) -> String {
 fn file_for(command: &str, name: &str) -> &'static str {
     match (command, name) {
         ("doc" | "mesh" | "scan" | "variance" | "inspect", "DIR") => "out",
-        ("mesh" | "scan", "FILE") => "new.ply",
-        (_, "MODEL.gml" | "MODEL.gml|std" | "REFERENCE" | "A" | "PATH") => "ball.gml",
+        ("mesh" | "scan" | "convert", "FILE") => "new.ply",
+        (_, "MODEL" | "MODEL.gml" | "MODEL.gml|std" | "REFERENCE" | "A" | "PATH") => "ball.gml",
         (_, "SCAN") => "scan.ply",
         (_, "B") => "fit.json",
         (_, "STAGE") => "ir",
