@@ -62,11 +62,6 @@ fn lost(loaded: &Loaded, format: ScanFormat) -> Vec<String> {
 
 /// The format by --format, or else by the ending of the file's name.
 pub(crate) fn format_of(path: &Path, given: Option<ScanFormat>) -> Result<ScanFormat, CommandError> {
-    if outputs::is_stream(path) && given.is_none() {
-        return Err(CommandError::usage("-o -: standard output has no name that says the format; add --format ply"));
-    }
-    given.or_else(|| ScanFormat::of(path)).ok_or_else(|| {
-        let known: Vec<String> = ScanFormat::ALL.iter().map(|(name, _)| format!(".{name}")).collect();
-        CommandError::usage(format!("-o {}: the file name must end in one of {}", path.display(), known.join(", ")))
-    })
+    let known: Vec<String> = ScanFormat::ALL.iter().map(|(name, _)| format!(".{name}")).collect();
+    outputs::format_of(path, given, ScanFormat::of, &format!("one of {}", known.join(", ")))
 }

@@ -7,11 +7,11 @@ use crate::picture::{self, Framing};
 use crate::progress::TerminalProgress;
 use crate::script::{Valued, compile_valued};
 use gml_compiler::program::Program;
-use gml_runtime::export::mesh::{self, MeshFormat};
-use gml_runtime::mesh::TriangleMesh;
+use gml_runtime::export::mesh::MeshFormat;
+use gml_runtime::export::scan::{Recorded, ScanFormat};
 use gml_runtime::model::{Atlas, Fineness, Instance, Model, Motion, Passages, Tessellation};
+use gml_runtime::scan::{Attributes, Unit};
 use serde_json::json;
-use std::path::Path;
 
 /// The format of a picture.
 const PICTURE: &str = "png";
@@ -99,7 +99,8 @@ fn write_surface(
     }
     let passages = Passages::of_tessellation(&tessellation, program, instance).map_err(CommandError::failed)?;
     let mesh = &tessellation.mesh;
-    write(&args.output, mesh, format)?;
+    let recorded = Recorded { mesh, attributes: &Attributes::default(), grids: &[], unit: Unit::Mm };
+    outputs::write_scan(&args.output, &recorded, ScanFormat::Mesh(format))?;
     let warnings = warnings(&tessellation, chord, format, passages.map(|passages| passages.sentence()));
     let vertices = mesh.position_numbers().into_iter().max().map_or(0, |last| last + 1);
     let (triangles, parts) = (mesh.triangles.len(), mesh.groups.len());
@@ -152,28 +153,6 @@ fn kind(args: &MeshArgs) -> Result<Kind, CommandError> {
     if args.view.is_some() || args.size.is_some() {
         return Err(CommandError::usage("--view and --size require a picture: -o must end in .png"));
     }
-    format_of(&args.output, args.format.as_deref(), ".obj, .ply, .stl or .png").map(Kind::Mesh)
-}
-
-/// The format of a mesh by --format, or else by the ending of its file's name. `known` names the endings for the
-/// message.
-pub(crate) fn format_of(path: &Path, format: Option<&str>, known: &str) -> Result<MeshFormat, CommandError> {
-    if outputs::is_stream(path) && format.is_none() {
-        return Err(CommandError::usage("-o -: standard output has no name that says the format; add --format ply"));
-    }
-    let format = format.map_or_else(|| MeshFormat::of(path), MeshFormat::named);
-    format.ok_or_else(|| CommandError::usage(format!("-o {}: the file name must end in {known}", path.display())))
-}
-
-/// Writes a mesh, creating the folder that it is in.
-pub(crate) fn write(path: &Path, mesh: &TriangleMesh, format: MeshFormat) -> Result<(), CommandError> {
-    if outputs::is_stream(path) {
-        let mut bytes = Vec::new();
-        mesh::write_to(&mut bytes, mesh, format).map_err(CommandError::failed)?;
-        return outputs::write(path, &bytes);
-    }
-    outputs::make_parent(path)?;
-    mesh::write(path, mesh, format).map_err(CommandError::failed)?;
-    outputs::wrote(path);
-    Ok(())
+    let named = args.format.as_deref().and_then(MeshFormat::named);
+    outputs::format_of(&args.output, named, MeshFormat::of, ".obj, .ply, .stl or .png").map(Kind::Mesh)
 }

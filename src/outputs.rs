@@ -186,6 +186,21 @@ pub(crate) fn finish(folder: ResultFolder, output: &Path, kept: Option<&str>, fi
     Ok(())
 }
 
+/// The format of an output that --format gives, or else the ending of its name, by `of`. `known` names the endings for
+/// the message.
+pub(crate) fn format_of<F>(
+    path: &Path,
+    given: Option<F>,
+    of: impl Fn(&Path) -> Option<F>,
+    known: &str,
+) -> Result<F, CommandError> {
+    if is_stream(path) && given.is_none() {
+        return Err(CommandError::usage("-o -: standard output has no name that says the format; add --format ply"));
+    }
+    let unknown = || CommandError::usage(format!("-o {}: the file name must end in {known}", path.display()));
+    given.or_else(|| of(path)).ok_or_else(unknown)
+}
+
 /// Writes a scan or a mesh, creating the folder that it is in.
 pub(crate) fn write_scan(path: &Path, scan: &Recorded<'_>, format: ScanFormat) -> Result<(), CommandError> {
     if is_stream(path) {

@@ -189,8 +189,6 @@ fn summary(truth: &Truth, format: ScanFormat) -> String {
 
 /// A sentence on a unit that a format does not have.
 fn other_unit(given: Option<Unit>, format: ScanFormat) -> Option<String> {
-    let has_metres =
-        matches!(format, ScanFormat::E57 | ScanFormat::Las | ScanFormat::Laz | ScanFormat::Ptx | ScanFormat::Glb);
-    let given = given.filter(|unit| has_metres && *unit != Unit::M)?;
+    let given = given.filter(|unit| format.has_metres() && *unit != Unit::M)?;
     Some(format!("the coordinates of this format are metres: --unit {given} was not taken"))
 }

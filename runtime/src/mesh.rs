@@ -200,6 +200,11 @@ pub(crate) struct BoundaryEdge {
     pub(crate) triangle: u32,
 }
 
+/// The volume of the tetrahedron between a triangle and the origin, negative where that is outside of the triangle.
+pub(crate) fn tetrahedron([a, b, c]: [DVec3; 3]) -> f64 {
+    a.dot(b.cross(c)) / 6.0
+}
+
 /// Renumbers vertices so that those of `count` that no triangle uses can be left out; returns which are used.
 pub(crate) fn renumber_used(triangles: &mut [[u32; 3]], count: usize) -> Vec<bool> {
     let mut used = vec![false; count];

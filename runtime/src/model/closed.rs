@@ -5,8 +5,7 @@ use super::tessellation::borders::Borders;
 use super::tessellation::intervals;
 use super::winding::solid_angle;
 use super::{EvaluationError, Fineness, Instance, Model, Tessellation};
-use crate::mesh::TriangleMesh;
-use glam::DVec3;
+use crate::mesh::{TriangleMesh, tetrahedron};
 use std::f64::consts::PI;
 
 /// How the borders of a model's parts meet.
@@ -157,9 +156,4 @@ fn outwards(mesh: &TriangleMesh, bodies: &[Vec<(usize, bool)>]) -> Vec<bool> {
         winding >= 0.5
     };
     bodies.iter().enumerate().map(is_outwards).collect()
-}
-
-/// The volume of the tetrahedron between a triangle and the origin, negative where that is outside of the triangle.
-fn tetrahedron([a, b, c]: [DVec3; 3]) -> f64 {
-    a.dot(b.cross(c)) / 6.0
 }

@@ -38,6 +38,38 @@ impl Station {
         Self { place, rotation: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]] }
     }
 
+    /// A scanner at a place, turned by a quaternion (w, x, y, z) of any length but 0.
+    #[must_use]
+    pub(crate) fn turned(place: [f64; 3], [w, x, y, z]: [f64; 4]) -> Self {
+        let s = 2.0 / (w * w + x * x + y * y + z * z);
+        let rotation = [
+            [1.0 - s * (y * y + z * z), s * (x * y - w * z), s * (x * z + w * y)],
+            [s * (x * y + w * z), 1.0 - s * (x * x + z * z), s * (y * z - w * x)],
+            [s * (x * z - w * y), s * (y * z + w * x), 1.0 - s * (x * x + y * y)],
+        ];
+        Self { place, rotation }
+    }
+
+    /// The unit quaternion (w, x, y, z) of its rotation, with w not below 0, from its largest component (Shepperd,
+    /// 'Quaternion from rotation matrix', 1978).
+    #[must_use]
+    pub(crate) fn quaternion(&self) -> [f64; 4] {
+        let r = &self.rotation;
+        let trace = r[0][0] + r[1][1] + r[2][2];
+        // Four times the squares of the components.
+        let squares = [trace, r[0][0], r[1][1], r[2][2]].map(|s| 1.0 + 2.0 * s - trace);
+        let largest = (0..4).fold(0, |best, k| if squares[k] > squares[best] { k } else { best });
+        let (skew, sym) = (|i: usize, j: usize| r[i][j] - r[j][i], |i: usize, j: usize| r[i][j] + r[j][i]);
+        let row = match largest {
+            0 => [squares[0], skew(2, 1), skew(0, 2), skew(1, 0)],
+            1 => [skew(2, 1), squares[1], sym(0, 1), sym(0, 2)],
+            2 => [skew(0, 2), sym(0, 1), squares[2], sym(1, 2)],
+            _ => [skew(1, 0), sym(0, 2), sym(1, 2), squares[3]],
+        };
+        let length = row.iter().map(|q| q * q).sum::<f64>().sqrt();
+        row.map(|q| if row[0] < 0.0 { -q / length } else { q / length })
+    }
+
     /// A point of the scanner's frame in that of the scan.
     #[must_use]
     pub fn point(&self, p: [f64; 3]) -> [f64; 3] {

@@ -27,15 +27,15 @@ pub(super) fn drop_outliers(mesh: &mut TriangleMesh, attributes: &mut Attributes
 /// Leaves out all but the largest piece: of a mesh that with the largest area, of a cloud that with the most points.
 /// Returns the number of points that are gone.
 pub(super) fn keep_largest(mesh: &mut TriangleMesh, attributes: &mut Attributes) -> usize {
-    let (pieces, sizes) = (pieces(mesh), sizes(mesh));
+    let pieces = pieces(mesh);
+    let sizes = sizes(mesh, &pieces);
     let largest = (0..sizes.len()).max_by(|a, b| sizes[*a].total_cmp(&sizes[*b]).then(b.cmp(a))).unwrap_or(0);
     let kept: Vec<bool> = pieces.iter().map(|piece| *piece as usize == largest).collect();
     retain(mesh, attributes, &kept)
 }
 
 /// By vertex, the size of the piece whose least vertex it is, or 0: the area, of a cloud the number of points.
-pub(super) fn sizes(mesh: &TriangleMesh) -> Vec<f64> {
-    let pieces = pieces(mesh);
+pub(super) fn sizes(mesh: &TriangleMesh, pieces: &[u32]) -> Vec<f64> {
     let mut sizes = vec![0.0; mesh.positions.len()];
     if mesh.triangles.is_empty() {
         pieces.iter().for_each(|piece| sizes[*piece as usize] += 1.0);
@@ -47,7 +47,7 @@ pub(super) fn sizes(mesh: &TriangleMesh) -> Vec<f64> {
 }
 
 /// By vertex, the least vertex of its piece.
-fn pieces(mesh: &TriangleMesh) -> Vec<u32> {
+pub(super) fn pieces(mesh: &TriangleMesh) -> Vec<u32> {
     let mut sets = DisjointSets::new(mesh.positions.len());
     if mesh.triangles.is_empty() {
         for [a, b] in links(&mesh.positions) {

@@ -129,9 +129,7 @@ impl Contents {
         let warnings = warnings.into_iter().map(|w| format!("`{}`{w}", path.display())).collect();
         Ok(Self { format, raw, unit, cleaning, scans, warnings })
     }
-}
 
-impl Contents {
     /// The step of the coordinates in millimetres, if all of them have single precision.
     pub(super) fn precision(&self) -> Option<f64> {
         let coordinates = || self.raw.positions.iter().flatten();
@@ -140,6 +138,31 @@ impl Contents {
         // Whole numbers, and other short ones, say nothing.
         let is_rounded = coordinates().any(|c| (c * 1e6).round() / 1e6 != *c);
         (is_single && is_rounded).then(|| largest * f64::from(f32::EPSILON) * self.unit)
+    }
+
+    /// The reference mesh that a file is.
+    fn into_reference(self, path: &Path) -> Result<ReferenceMesh, ScanFault> {
+        let Self { raw, unit, mut warnings, .. } = self;
+        let (raw, unit) = (raw.into_millimetres(unit)?, unit::text(unit));
+        if raw.triangles.is_empty() {
+            return Err(ScanFault::NoTriangles { vertices: raw.positions.len() });
+        }
+        let smooth = normals::compute(&TriangleMesh {
+            positions: raw.positions.clone(),
+            triangles: raw.triangles.clone(),
+            ..TriangleMesh::default()
+        });
+        let mut mesh = raw.with_usable_normals(&smooth).split_corners();
+        let all = mesh.triangles.len();
+        let dropped = Dropped { all, repeated: mesh.drop_repeated(), ..Dropped::default() };
+        warnings.extend(dropped.warning().map(|dropped| format!("`{}`: {dropped}", path.display())));
+        let triangles = mesh.triangles.len();
+        match mesh.triangles.iter().filter(|t| mesh.triangle_normal(**t).is_none()).count() {
+            0 => {}
+            flat if flat == triangles => return Err(ScanFault::OnlyDegenerate { triangles }),
+            flat => warnings.push(format!("`{}`: {flat} of its {triangles} triangles have no area", path.display())),
+        }
+        Ok(ReferenceMesh { mesh, unit, warnings })
     }
 }
 
@@ -237,14 +260,16 @@ fn mend_polygons(format: Format, raw: &mut RawMesh) -> Result<Vec<String>, ScanF
 /// # Errors
 /// As [`read_mesh`]; or no triangles can be made of the points.
 pub fn read_surface(path: &Path, unit: Option<Unit>) -> Result<ReferenceMesh, ScanError> {
-    match read_mesh(path, unit) {
-        Err(ScanError { fault: ScanFault::NoTriangles { .. }, .. }) => {
-            let options = ReadOptions { unit, surface: true, ..ReadOptions::default() };
-            let Scan { mesh, source, warnings, .. } = read(path, &options, &Silent)?;
-            Ok(ReferenceMesh { mesh, unit: source.unit, warnings })
+    let options = ReadOptions { unit, surface: true, ..ReadOptions::default() };
+    let mesh = || {
+        let contents = Contents::read(path, Opened::new(path)?, &options, &Silent)?;
+        if !contents.raw.triangles.is_empty() {
+            return contents.into_reference(path);
         }
-        other => other,
-    }
+        let Scan { mesh, source, warnings, .. } = prepared(contents, path, String::new(), &options)?;
+        Ok(ReferenceMesh { mesh, unit: source.unit, warnings })
+    };
+    mesh().map_err(|fault: ScanFault| fault.at(path))
 }
 
 /// Reads a reference mesh: nothing is merged, and only triangles that a part has twice are dropped; texture coordinates
@@ -254,29 +279,7 @@ pub fn read_surface(path: &Path, unit: Option<Unit>) -> Result<ReferenceMesh, Sc
 /// # Errors
 /// As `read`; or there are no triangles with an area.
 pub fn read_mesh(path: &Path, unit: Option<Unit>) -> Result<ReferenceMesh, ScanError> {
-    let mesh = || {
-        let options = ReadOptions { unit, ..ReadOptions::default() };
-        let Contents { raw, unit, mut warnings, .. } = Contents::read(path, Opened::new(path)?, &options, &Silent)?;
-        let (raw, unit) = (raw.into_millimetres(unit)?, unit::text(unit));
-        if raw.triangles.is_empty() {
-            return Err(ScanFault::NoTriangles { vertices: raw.positions.len() });
-        }
-        let smooth = normals::compute(&TriangleMesh {
-            positions: raw.positions.clone(),
-            triangles: raw.triangles.clone(),
-            ..TriangleMesh::default()
-        });
-        let mut mesh = raw.with_usable_normals(&smooth).split_corners();
-        let all = mesh.triangles.len();
-        let dropped = Dropped { all, repeated: mesh.drop_repeated(), ..Dropped::default() };
-        warnings.extend(dropped.warning().map(|dropped| format!("`{}`: {dropped}", path.display())));
-        let triangles = mesh.triangles.len();
-        match mesh.triangles.iter().filter(|t| mesh.triangle_normal(**t).is_none()).count() {
-            0 => {}
-            flat if flat == triangles => return Err(ScanFault::OnlyDegenerate { triangles }),
-            flat => warnings.push(format!("`{}`: {flat} of its {triangles} triangles have no area", path.display())),
-        }
-        Ok(ReferenceMesh { mesh, unit, warnings })
-    };
-    mesh().map_err(|fault: ScanFault| fault.at(path))
+    let options = ReadOptions { unit, ..ReadOptions::default() };
+    let contents = Opened::new(path).and_then(|opened| Contents::read(path, opened, &options, &Silent));
+    contents.and_then(|contents| contents.into_reference(path)).map_err(|fault| fault.at(path))
 }

@@ -1,7 +1,6 @@
 //! How far apart the points of a cloud are.
 
 use super::neighbours::Neighbours;
-use rayon::prelude::*;
 use std::f64::consts::PI;
 
 /// Neighbours that tell the spacing: that of points spread by chance is then known to a sixth. Twice as many are looked
@@ -10,21 +9,19 @@ const NEIGHBOURS: usize = 12;
 const LOOKED_AT: usize = 2 * NEIGHBOURS + 1;
 
 /// The edge of the square of surface that belongs to each of some points: pi d^2 / k is the area of one of k neighbours
-/// within a distance d. `alike` says whether two points lie on the same surface. Of the points' own unit; 0 where there
+/// within a distance d. `tree` is that of the points, and `alike` says whether two points lie on the same surface. Of the points' own unit; 0 where there
 /// are no others.
 pub(crate) fn spacings(
     points: &[[f64; 3]],
     tree: &Neighbours,
     alike: impl Fn(usize, usize) -> bool + Sync,
 ) -> Vec<f64> {
-    let spacing = |i: usize| {
-        let near = tree.nearest(points[i], LOOKED_AT);
-        let others = near.into_iter().filter(|j| *j as usize != i && alike(i, *j as usize)).take(NEIGHBOURS);
-        let (count, last) = others.fold((0, i), |(count, _), j| (count + 1, j as usize));
+    tree.at_each(LOOKED_AT, |i, near| {
+        let others = near.iter().filter(|j| **j as usize != i && alike(i, **j as usize)).take(NEIGHBOURS);
+        let (count, last) = others.fold((0, i), |(count, _), j| (count + 1, *j as usize));
         let squared: f64 = (0..3).map(|k| (points[last][k] - points[i][k]).powi(2)).sum();
         if count > 0 { (PI * squared / f64::from(count)).sqrt() } else { 0.0 }
-    };
-    (0..points.len()).into_par_iter().map(spacing).collect()
+    })
 }
 
 #[cfg(test)]

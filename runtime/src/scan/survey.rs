@@ -9,7 +9,7 @@ use super::read::{self, Contents};
 use super::reservoir::Counted;
 use super::source::Cleaning;
 use super::{Scan, pieces, unit};
-use crate::mesh::TriangleMesh;
+use crate::mesh::{TriangleMesh, tetrahedron};
 use crate::progress::Progress;
 use crate::rims;
 use glam::DVec3;
@@ -156,6 +156,7 @@ impl Survey {
         let mesh = &scan.mesh;
         let bounds = mesh.bounds();
         let (count, largest_piece) = pieces_of(mesh);
+        let tree = Neighbours::new(&mesh.positions);
         let intensities = &scan.attributes.intensities;
         let range = intensities.iter().fold([f32::INFINITY, f32::NEG_INFINITY], |[a, b], i| [a.min(*i), b.max(*i)]);
         Self {
@@ -164,7 +165,7 @@ impl Survey {
             cleaning: scan.source.cleaning.clone(),
             low: bounds.low.into(),
             high: bounds.high.into(),
-            spacing: spacing(&mesh.positions),
+            spacing: spacing(&tree, &mesh.positions),
             noise: scan.noise,
             oriented: scan.oriented,
             colours: !scan.attributes.colours.is_empty(),
@@ -172,7 +173,7 @@ impl Survey {
             pieces: count,
             largest_piece,
             surface: (!mesh.triangles.is_empty()).then(|| SurfaceFigures::new(mesh)),
-            outliers: mesh.triangles.is_empty().then(|| share_of_outliers(&mesh.positions)),
+            outliers: mesh.triangles.is_empty().then(|| share_of_outliers(&tree, &mesh.positions)),
             ..Self::default()
         }
     }
@@ -193,8 +194,7 @@ fn sample(count: usize) -> Vec<u32> {
 }
 
 /// Distances of points from their nearest neighbours: 5 %, the median and 95 %; zeros of a single point.
-fn spacing(positions: &[[f64; 3]]) -> [f64; 3] {
-    let tree = Neighbours::new(positions);
+fn spacing(tree: &Neighbours, positions: &[[f64; 3]]) -> [f64; 3] {
     let distance = |i: &u32| {
         let at = positions[*i as usize];
         let nearest = *tree.nearest(at, 2).get(1)?;
@@ -206,14 +206,14 @@ fn spacing(positions: &[[f64; 3]]) -> [f64; 3] {
     [at(0.05), at(0.5), at(0.95)]
 }
 
-fn share_of_outliers(positions: &[[f64; 3]]) -> f64 {
-    let found = outliers(&Neighbours::new(positions), positions, &sample(positions.len()));
+fn share_of_outliers(tree: &Neighbours, positions: &[[f64; 3]]) -> f64 {
+    let found = outliers(tree, positions, &sample(positions.len()));
     found.iter().filter(|outlier| **outlier).count() as f64 / found.len().max(1) as f64
 }
 
 /// The number of pieces, and the share of the largest.
 fn pieces_of(mesh: &TriangleMesh) -> (usize, f64) {
-    let sizes = pieces::sizes(mesh);
+    let sizes = pieces::sizes(mesh, &pieces::pieces(mesh));
     let (total, largest) = sizes.iter().fold((0.0, 0.0_f64), |(total, most), s| (total + s, most.max(*s)));
     (sizes.iter().filter(|size| **size > 0.0).count(), if total > 0.0 { largest / total } else { 0.0 })
 }
@@ -257,11 +257,7 @@ fn odd_edges(mesh: &TriangleMesh) -> [usize; 2] {
 /// The volume that a closed mesh encloses (the divergence theorem), about its middle. Cubic millimetres.
 fn volume(mesh: &TriangleMesh) -> f64 {
     let middle = mesh.bounds().centre();
-    let of_triangle = |t: &[u32; 3]| {
-        let [a, b, c] = mesh.corners(*t).map(|p| p - middle);
-        a.dot(b.cross(c)) / 6.0
-    };
-    mesh.triangles.iter().map(of_triangle).sum()
+    mesh.triangles.iter().map(|t| tetrahedron(mesh.corners(*t).map(|p| p - middle))).sum()
 }
 
 #[cfg(test)]

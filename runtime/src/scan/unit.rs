@@ -5,6 +5,9 @@ use std::fmt;
 use std::str::FromStr;
 use thiserror::Error;
 
+/// The length in millimetres of the metre, which many formats have.
+pub(super) const METRE: f64 = 1000.0;
+
 /// The unit of a file's coordinates.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -45,7 +48,7 @@ impl Unit {
             Self::Um => ("um", 1e-3),
             Self::Mm => ("mm", 1.0),
             Self::Cm => ("cm", 10.0),
-            Self::M => ("m", 1000.0),
+            Self::M => ("m", METRE),
             Self::In => ("in", 25.4),
             Self::Ft => ("ft", 304.8),
         }

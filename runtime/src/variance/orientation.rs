@@ -1,7 +1,7 @@
 //! Which side of the parts is out: the model says so, and the scan only says whether it faces the same way.
 
 use crate::bvh::Bvh;
-use crate::mesh::TriangleMesh;
+use crate::mesh::{TriangleMesh, tetrahedron};
 use crate::model::Texels;
 use std::collections::HashMap;
 
@@ -137,8 +137,7 @@ pub(crate) fn enclosed_volume(mesh: &TriangleMesh) -> Option<f64> {
             }
             *edges.entry([from.min(to), from.max(to)]).or_default() += if from < to { 1 } else { -1 };
         }
-        let [a, b, c] = mesh.corners(*triangle).map(|p| p - origin);
-        volume += a.dot(b.cross(c)) / 6.0;
+        volume += tetrahedron(mesh.corners(*triangle).map(|p| p - origin));
     }
     edges.values().all(|balance| *balance == 0).then_some(volume)
 }

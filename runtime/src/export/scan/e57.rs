@@ -190,7 +190,7 @@ impl Set<'_> {
         let _ = writeln!(text, "<guid type=\"String\"><![CDATA[{guid}-{}]]></guid>", self.index);
         let _ = writeln!(text, "<name type=\"String\"><![CDATA[station {}]]></name>", self.index);
         if let Some(station) = self.station {
-            let turn = structure("rotation", &["w", "x", "y", "z"], &quaternion(station.rotation));
+            let turn = structure("rotation", &["w", "x", "y", "z"], &station.quaternion());
             let place = structure("translation", &["x", "y", "z"], &station.place.map(|c| c * METRE));
             let _ = writeln!(text, "<pose type=\"Structure\">\n{turn}{place}</pose>");
         }
@@ -255,25 +255,6 @@ fn guid(sum: &[u8]) -> String {
 fn ends(values: impl Iterator<Item = f32>) -> Option<(f64, f64)> {
     let finite = values.filter(|v| v.is_finite()).map(f64::from);
     finite.fold(None, |ends, v| Some(ends.map_or((v, v), |(low, high): (f64, f64)| (low.min(v), high.max(v)))))
-}
-
-/// The unit quaternion (w, x, y, z) of a rotation, from its largest component (Shepperd, 'Quaternion from rotation
-/// matrix', 1978).
-fn quaternion(r: [[f64; 3]; 3]) -> [f64; 4] {
-    let trace = r[0][0] + r[1][1] + r[2][2];
-    // Four times the squares of the components.
-    let squares = [trace, r[0][0], r[1][1], r[2][2]].map(|s| 1.0 + 2.0 * s - trace);
-    let largest = (0..4).fold(0, |best, k| if squares[k] > squares[best] { k } else { best });
-    let (skew, sym) = (|i: usize, j: usize| r[i][j] - r[j][i], |i: usize, j: usize| r[i][j] + r[j][i]);
-    let row = match largest {
-        0 => [squares[0], skew(2, 1), skew(0, 2), skew(1, 0)],
-        1 => [skew(2, 1), squares[1], sym(0, 1), sym(0, 2)],
-        2 => [skew(0, 2), sym(0, 1), squares[2], sym(1, 2)],
-        _ => [skew(1, 0), sym(0, 2), sym(1, 2), squares[3]],
-    };
-    let length = row.iter().map(|q| q * q).sum::<f64>().sqrt();
-    // The standard wants w not to be negative.
-    row.map(|q| if row[0] < 0.0 { -q / length } else { q / length })
 }
 
 /// Contents, cut into pages with their checksums.

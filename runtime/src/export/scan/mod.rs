@@ -66,8 +66,8 @@ pub struct Recorded<'a> {
     pub attributes: &'a Attributes,
     /// By station, the points in the order in which it saw them; empty where that is not known.
     pub grids: &'a [Grid],
-    /// The unit of the file's coordinates, of formats that have no unit of their own (E57, LAS, PTX and glTF have
-    /// metres).
+    /// The unit of the file's coordinates, of formats that have no unit of their own
+    /// ([`has_metres`](ScanFormat::has_metres)).
     pub unit: Unit,
 }
 
@@ -135,6 +135,12 @@ impl ScanFormat {
         matches!(self, Self::E57 | Self::Las | Self::Laz | Self::Pcd | Self::Pts | Self::Ptx | Self::Xyz)
     }
 
+    /// Whether coordinates of the format are metres, whatever unit is asked for.
+    #[must_use]
+    pub fn has_metres(self) -> bool {
+        matches!(self, Self::E57 | Self::Las | Self::Laz | Self::Ptx | Self::Glb)
+    }
+
     /// What a file of the format has room for, beside positions and triangles.
     #[must_use]
     pub fn holds(self) -> Holds {
@@ -164,9 +170,10 @@ impl ScanFormat {
 /// # Errors
 /// See [`atomic::write`]; or the format cannot hold it.
 pub fn write(path: &Path, scan: &Recorded<'_>, format: ScanFormat) -> Result<(), WriteError> {
-    atomic::write_with(path, |out| {
-        // Headers of some formats are written last.
-        out.write_all(&to_bytes(scan, format)?)
+    atomic::write_with(path, |out| match format {
+        ScanFormat::Mesh(format) => mesh::write_scan(out, scan.mesh, scan.attributes, scan.unit, format),
+        // Headers of some are written last.
+        _ => out.write_all(&to_bytes(scan, format)?),
     })
 }
 

@@ -11,8 +11,8 @@ pub(super) fn write(out: &mut dyn Out, scan: &Recorded<'_>) -> io::Result<()> {
     writeln!(out, "{}{}OFF", prefix(!colours.is_empty(), "C"), prefix(!mesh.normals.is_empty(), "N"))?;
     writeln!(out, "# gmlc, unit: {}", scan.unit)?;
     writeln!(out, "{} {} 0", mesh.positions.len(), mesh.triangles.len())?;
-    for (i, position) in mesh.positions.iter().enumerate() {
-        let [x, y, z] = position.map(|c| c / scan.unit.millimetres());
+    for i in 0..mesh.positions.len() {
+        let [x, y, z] = scan.position(i);
         write!(out, "{x} {y} {z}")?;
         if let Some([x, y, z]) = mesh.normals.get(i) {
             write!(out, " {x} {y} {z}")?;

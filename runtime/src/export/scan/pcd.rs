@@ -1,7 +1,6 @@
 //! PCD, binary: a header of text, and points of as many bytes each.
 
 use super::{Out, Recorded};
-use glam::{DMat3, DQuat};
 use std::io;
 
 /// Coordinates are in single precision, which PCL's own types of points need, where that moves no point by more.
@@ -52,6 +51,6 @@ pub(super) fn write(out: &mut dyn Out, scan: &Recorded<'_>) -> io::Result<()> {
 fn viewpoint(scan: &Recorded<'_>) -> String {
     let [station] = &scan.attributes.stations.places[..] else { return "0 0 0 1 0 0 0".to_owned() };
     let [x, y, z] = station.place.map(|c| c / scan.unit.millimetres());
-    let turn = DQuat::from_mat3(&DMat3::from_cols_array_2d(&station.rotation).transpose());
-    format!("{x} {y} {z} {} {} {} {}", turn.w, turn.x, turn.y, turn.z)
+    let [qw, qx, qy, qz] = station.quaternion();
+    format!("{x} {y} {z} {qw} {qx} {qy} {qz}")
 }

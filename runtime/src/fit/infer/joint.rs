@@ -4,7 +4,7 @@
 use super::bias::pull_of_noise;
 use super::convergence::without_motions;
 use super::pose::within_itself;
-use super::sandwich::{Information, Inverse, Uncertainty, at_least, by_ends};
+use super::sandwich::{Information, Inverse, Uncertainty, at_least, by_ends, is_held};
 use super::significance::chi_squared_tail;
 use super::switches;
 use crate::eigen;
@@ -131,7 +131,7 @@ pub(crate) fn assess(joint: &Joint, of: &[Solution]) -> Option<JointUncertainty>
     }
     let bias = -(&inverse.matrix * bias);
     let step = -(&inverse.matrix * gradient);
-    let reason = |k: usize| match (inverse.determined[k], held.get(k).copied().unwrap_or(false)) {
+    let reason = |k: usize| match (inverse.determined[k], is_held(&held, k)) {
         (true, _) => at_ends[k].then_some(WithoutSd::ScanEnds),
         (false, true) => Some(WithoutSd::AtBound),
         (false, false) => Some(WithoutSd::NotDetermined),

@@ -30,14 +30,7 @@ pub(crate) fn load(path: &str) -> Scan {
         }
     }
     let normals = normals.iter().map(|n| n.normalize_or_zero().to_array()).collect();
-    Scan {
-        mesh: TriangleMesh { positions, normals, texcoords: Vec::new(), triangles, groups: Vec::new() },
-        attributes: Default::default(),
-        oriented: true,
-        source: ScanSource::default(),
-        noise: 0.3,
-        warnings: Vec::new(),
-    }
+    known(TriangleMesh { positions, normals, triangles, ..TriangleMesh::default() }, 0.3)
 }
 
 /// Rz(gamma) Ry(beta) Rx(alpha).
@@ -99,6 +92,11 @@ pub(crate) fn scan_of(model: &dyn Model, x: &[f64], noise: f64, count: usize, se
             mesh.normals.push(n.to_array());
         }
     }
+    known(mesh, noise)
+}
+
+/// A scan of some points whose normals and whose noise, in millimetres, are known.
+pub(super) fn known(mesh: TriangleMesh, noise: f64) -> Scan {
     Scan {
         mesh,
         attributes: Default::default(),

@@ -1,10 +1,11 @@
 //! A vessel, and meshes of models on any lines.
 
+use super::cup::known;
 use super::number::Number;
 use super::shapes::{Formula, Handmade};
 use crate::mesh::TriangleMesh;
 use crate::model::{Model, Partials};
-use crate::scan::{Scan, ScanSource};
+use crate::scan::Scan;
 use glam::DVec3;
 use gml_compiler::program::Quantity;
 use rand::SeedableRng;
@@ -75,12 +76,5 @@ pub(super) fn meshed(model: &dyn Model, lines: &[Lines], noise: f64, seed: u64) 
             }
         }
     }
-    Scan {
-        mesh,
-        attributes: Default::default(),
-        oriented: true,
-        source: ScanSource::default(),
-        noise,
-        warnings: Vec::new(),
-    }
+    known(mesh, noise)
 }

@@ -9,10 +9,9 @@ use super::text::{self, Lines, lone_count, row};
 use crate::scan::attributes::Station;
 use crate::scan::cloud::{Entry, Input, Points, RawPoint};
 use crate::scan::error::ScanFault;
+use crate::scan::unit::METRE;
 
 const FORMAT: &str = "PTX";
-/// Millimetres.
-const METRE: f64 = 1000.0;
 /// The largest difference of products of axes from those of a rotation: matrices have four digits and more.
 const SKEWED: f64 = 2e-3;
 /// The largest distance of two places that are said to be one, in metres, relative to their size or to 1.

@@ -29,9 +29,9 @@ pub(in crate::variance) fn unmatched(scan: &Scan, feet: &PointFeet, scanned: &Sc
     spacing.iter_mut().for_each(|s| *s = s.min(WIDEST * usual));
     let mut sets = DisjointSets::new(left.len());
     let distance = |a: usize, b: usize| DVec3::from(positions[a]).distance(DVec3::from(positions[b]));
-    for i in 0..left.len() {
-        let near = tree.nearest(positions[i], NEAREST).into_iter();
-        near.filter(|j| distance(i, *j as usize) <= JOINED * usual).for_each(|j| sets.join(i as u32, j));
+    for (i, near) in tree.at_each(NEAREST, |_, near| near.to_vec()).into_iter().enumerate() {
+        let near = near.into_iter().filter(|j| distance(i, *j as usize) <= JOINED * usual);
+        near.for_each(|j| sets.join(i as u32, j));
     }
     let mut of_root = vec![usize::MAX; left.len()];
     let mut pieces: Vec<(Piece, Vec<usize>)> = Vec::new();

@@ -147,7 +147,7 @@ impl Xml {
             warnings
                 .push(format!("scan {index}: the quaternion of its pose has the length {length}; it is scaled to 1"));
         }
-        Ok(Station { place, rotation: matrix(turn.map(|q| q / length)) })
+        Ok(Station::turned(place, turn))
     }
 
     fn colours(&self, scan: Node) -> Result<[Option<[f64; 2]>; 3], ScanFault> {
@@ -210,13 +210,4 @@ impl Xml {
             text.trim().parse().map_err(fault)
         })
     }
-}
-
-/// The rotation of a unit quaternion (w, x, y, z).
-fn matrix([w, x, y, z]: [f64; 4]) -> [[f64; 3]; 3] {
-    [
-        [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
-        [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
-        [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
-    ]
 }

@@ -12,6 +12,7 @@ mod vector;
 use crate::scan::attributes::Station;
 use crate::scan::cloud::{Entry, Input, NoPoint, Points, RawPoint};
 use crate::scan::error::ScanFault;
+use crate::scan::unit::METRE;
 use description::Described;
 use field::{Field, Kind, Name};
 use pages::{Pages, at_byte, logical};
@@ -22,8 +23,6 @@ const FORMAT: &str = "E57";
 const HEADER: usize = 48;
 /// The most bytes of the XML section. Those of files with hundreds of scans have one or two million.
 const MOST_XML: u64 = 32 << 20;
-/// Metres in millimetres.
-const METRE: f64 = 1000.0;
 
 /// Reads a file of this format.
 pub(in crate::scan) fn read(input: Input, points: &mut dyn Points) -> Result<(), ScanFault> {

@@ -12,13 +12,12 @@ mod scene;
 
 use crate::scan::error::ScanFault;
 use crate::scan::raw::RawMesh;
+use crate::scan::unit::METRE;
 use buffers::Buffers;
 use document::Document;
 use std::path::Path;
 
 const FORMAT: &str = "glTF";
-/// glTF has metres. Millimetres.
-const METRE: f64 = 1000.0;
 /// Header of a GLB file, and of each of its chunks.
 const HEADER: usize = 12;
 const CHUNK: usize = 8;

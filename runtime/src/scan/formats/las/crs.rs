@@ -2,10 +2,10 @@
 //! ISO 19162).
 
 use super::header::Header;
+use crate::scan::unit::METRE;
 
 /// The user of the records of coordinate systems.
 const USER: &str = "LASF_Projection";
-const METRE: f64 = 1000.0;
 /// Feet: the international one, and that of the American survey, 1200/3937 m.
 const FOOT: f64 = 304.8;
 const SURVEY_FOOT: f64 = 1_200_000.0 / 3937.0;

@@ -11,6 +11,7 @@ mod record;
 
 use crate::scan::cloud::{BATCH, Input, NoPoint, Points, RawPoint, Source};
 use crate::scan::error::ScanFault;
+use crate::scan::unit::METRE;
 use crs::System;
 use header::Header;
 use packed::{Unpacker, damaged};
@@ -18,8 +19,6 @@ use record::{Layout, Shift};
 use std::io::SeekFrom;
 
 const FORMAT: &str = "LAS";
-/// Metres in millimetres.
-const METRE: f64 = 1000.0;
 /// Bytes of points that are read at a time, at most.
 const BATCH_BYTES: usize = 1 << 20;
 /// Points in whose colours the largest value is looked for, and their bytes at most.

@@ -200,12 +200,6 @@ fn viewpoint(values: &[&str], lines: &Lines) -> Result<Option<Station>, ScanFaul
     if !(x + y + z).is_finite() || !square.is_finite() || square <= 0.0 {
         return Err(wrong());
     }
-    let s = 2.0 / square;
-    let rotation = [
-        [1.0 - s * (qy * qy + qz * qz), s * (qx * qy - qw * qz), s * (qx * qz + qw * qy)],
-        [s * (qx * qy + qw * qz), 1.0 - s * (qx * qx + qz * qz), s * (qy * qz - qw * qx)],
-        [s * (qx * qz - qw * qy), s * (qy * qz + qw * qx), 1.0 - s * (qx * qx + qy * qy)],
-    ];
-    let station = Station { place: [x, y, z], rotation };
+    let station = Station::turned([x, y, z], [qw, qx, qy, qz]);
     Ok(Some(station).filter(|station| *station != Station::at([0.0; 3])))
 }
