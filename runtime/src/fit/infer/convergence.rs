@@ -11,7 +11,7 @@ use crate::fit::problem::objective::{Objective, Order};
 use crate::fit::problem::parameterization::Estimate;
 use crate::fit::refine::schedule::{POLISH, Solution, foot_tolerance};
 use crate::fit::tuning::{
-    AVERAGED_PAIRS, AVERAGED_REACH, EQUAL_FITS, HELD_STEP, POLISH_ITERATIONS, RESUMED_STEP, SETTLED_ROUNDING,
+    AVERAGED_PAIRS, AVERAGED_REACH, EQUAL_FITS, HELD_NOISE, HELD_STEP, POLISH_ITERATIONS, RESUMED_STEP, SETTLED_ROUNDING,
     SETTLED_STEP, STALLED_NAMED,
 };
 use crate::sampling::halton;
@@ -45,6 +45,13 @@ const CONTINUATIONS: [Continuation; 7] = {
     [GaussNewton, Averaged, Averaged, QuasiNewton, Averaged, Beside, Averaged]
 };
 
+impl Continuation {
+    /// Whether it takes an optimisation from another place or by another optimiser.
+    fn is_long(self) -> bool {
+        matches!(self, Self::QuasiNewton | Self::Beside)
+    }
+}
+
 /// A solution with its uncertainty and the step that remains.
 struct Candidate<'a> {
     solution: Solution<'a>,
@@ -73,7 +80,8 @@ pub(crate) fn assess(mut solution: Solution) -> Assessed {
     };
     let mut at = Candidate::new(solution, uncertainty);
     for way in CONTINUATIONS {
-        if at.remaining.is_settled() || problem.monitor.cancelled() {
+        let enough = at.remaining.is_settled() || way.is_long() && at.is_lost_in_noise();
+        if enough || problem.monitor.cancelled() {
             break;
         }
         at = at.on(way);
@@ -142,14 +150,25 @@ impl<'a> Candidate<'a> {
     /// Where no continuation leads any farther. A short step that remains is the place's own uncertainty, beside that
     /// of the optimum; a longer one is said.
     fn concluded(self) -> Assessed<'a> {
+        let lost = self.is_lost_in_noise();
         let Self { mut solution, mut uncertainty, remaining } = self;
         let monitor = solution.level.problem.monitor;
-        solution.converged = remaining.largest() <= HELD_STEP;
+        solution.converged = remaining.largest() <= HELD_STEP || lost;
         if solution.converged && !remaining.is_settled() {
             uncertainty.covariance += &remaining.step * remaining.step.transpose();
         }
         let warning = (!solution.converged && !monitor.cancelled()).then(|| remaining.warning(&solution));
         Assessed { solution, uncertainty: Some(uncertainty), warning }
+    }
+
+    /// Whether the step that remains is no longer than one standard deviation in every coordinate and moves the surface
+    /// (root mean square over the points) by far less than the points' spread about it.
+    fn is_lost_in_noise(&self) -> bool {
+        let Solution { evaluation, loss, .. } = &self.solution;
+        let step = &self.remaining.step;
+        // The normal matrix is that of the mean loss, over sigma^2 / 2.
+        let moves = || (0.5 * step.dot(&(&evaluation.normal * step))).sqrt() * loss.sigma;
+        self.remaining.largest() <= 1.0 && moves() <= HELD_NOISE * evaluation.rms()
     }
 
     /// The objective of the last stage.
