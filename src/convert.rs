@@ -4,8 +4,9 @@ use crate::cli::ConvertArgs;
 use crate::error::CommandError;
 use crate::progress::TerminalProgress;
 use crate::{fit, info, outputs};
+use gml_runtime::export::mesh::MeshFormat;
 use gml_runtime::export::scan::{Recorded, ScanFormat};
-use gml_runtime::scan::{self, Loaded};
+use gml_runtime::scan::{self, Loaded, Unit};
 use serde_json::json;
 use std::path::Path;
 
@@ -26,38 +27,60 @@ pub(crate) fn run(args: &ConvertArgs) -> Result<(), CommandError> {
             "{path}: has points only, and a file of this format has triangles; write .ply, .e57, .laz or .xyz"
         )));
     }
-    let scan = Recorded { mesh, attributes, grids: &[], unit: args.output_unit.unwrap_or(*unit) };
+    let unit = if format.has_metres() { Unit::M } else { args.output_unit.unwrap_or(*unit) };
+    if let Some(other) = args.output_unit.filter(|other| *other != unit) {
+        let path = args.output.display();
+        return Err(CommandError::usage(format!(
+            "{path}: files of this format have metres; leave --output-unit {other} out, or choose another format"
+        )));
+    }
+    let scan = Recorded { mesh, attributes, grids: &[], unit };
     outputs::write_scan(&args.output, &scan, format)?;
     warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
-    let lost = lost(&loaded, format);
+    let lost = lost(&loaded, format, unit);
     lost.iter().for_each(|lost| eprintln!("warning: {}: {lost}", args.output.display()));
     let (points, triangles) = (mesh.positions.len(), if format.is_of_points() { 0 } else { mesh.triangles.len() });
     let left_out = info::left_out(cleaning);
     let ending = if left_out.is_empty() { String::new() } else { format!("; left out are {left_out}") };
-    let line = format!("{}: {points} points, {triangles} triangles{ending}", args.output.display());
+    let line =
+        format!("{}: {points} points, {triangles} triangles, coordinates in {unit}{ending}", args.output.display());
     let said = [&warnings[..], &lost[..]].concat();
     let result = json!({ "output": outputs::named(&args.output), "points": points, "triangles": triangles,
-        "cleaning": cleaning, "warnings": said });
+        "unit": unit, "cleaning": cleaning, "warnings": said });
     args.json.print(&args.output, &result, &line);
     Ok(())
 }
 
-/// What of a scan its new format has no place for.
-fn lost(loaded: &Loaded, format: ScanFormat) -> Vec<String> {
-    let Loaded { mesh, attributes, .. } = loaded;
+/// What of a scan is not in the new file.
+fn lost(loaded: &Loaded, format: ScanFormat, unit: Unit) -> Vec<String> {
+    let Loaded { mesh, attributes, ignored, is_split, .. } = loaded;
     let can = format.holds();
+    // A vertex of a PLY file has one.
+    let texcoords = can.texcoords && !(*is_split && format == ScanFormat::Mesh(MeshFormat::Ply));
     let kinds = [
         (!mesh.triangles.is_empty() && format.is_of_points(), "triangles"),
         (!mesh.normals.is_empty() && !can.normals, "normals"),
         (!attributes.colours.is_empty() && !can.colours, "colours"),
         (!attributes.intensities.is_empty() && !can.intensities, "intensities"),
         (!attributes.stations.places.is_empty() && !can.stations, "places of the scanner"),
+        (!mesh.texcoords.is_empty() && !texcoords, "texture coordinates"),
     ];
     let lost: Vec<&str> = kinds.iter().filter(|(is_lost, _)| *is_lost).map(|(_, kind)| *kind).collect();
-    if lost.is_empty() {
-        return Vec::new();
+    let mut sentences = Vec::new();
+    if !lost.is_empty() {
+        sentences.push(format!("the format has no {}: they are left out", lost.join(", no ")));
     }
-    vec![format!("the format has no {}: they are left out", lost.join(", no "))]
+    if !ignored.is_empty() {
+        sentences.push(format!("gmlc does not read, and leaves out: {}", ignored.join(", ")));
+    }
+    let is_spread = |i: &f32| !(0.0..=1.0).contains(i) && i.fract() != 0.0 || *i < 0.0 || *i > f32::from(u16::MAX);
+    if matches!(format, ScanFormat::Las | ScanFormat::Laz) && attributes.intensities.iter().any(is_spread) {
+        sentences.push("intensities are spread over the whole numbers from 0 to 65535 that the format has".to_owned());
+    }
+    if !format.says_unit() && unit != Unit::default() {
+        sentences.push(format!("the format cannot say that the unit is {unit}: read it with --unit {unit}"));
+    }
+    sentences
 }
 
 /// The format by --format, or else by the ending of the file's name.

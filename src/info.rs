@@ -68,6 +68,9 @@ fn figures(survey: &Survey) -> Vec<Vec<String>> {
         ("intensities", survey.intensity.map_or("no".to_owned(), |[low, high]| format!("{low} to {high}"))),
         ("pieces", pieces(survey)),
     ];
+    if !survey.ignored.is_empty() {
+        rows.push(("not read", survey.ignored.join(", ")));
+    }
     if let Some(step) = survey.precision {
         rows.push(("precision", format!("single: steps of {} at the farthest point", mm(&[step]))));
     }

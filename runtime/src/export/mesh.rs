@@ -112,7 +112,7 @@ impl Welded {
 /// Numbers are written so that reading them gives the same doubles.
 fn write_obj(out: &mut dyn Write, mesh: &TriangleMesh, unit: Unit) -> io::Result<()> {
     let welded = Welded::of(mesh);
-    writeln!(out, "# gmlc, unit: {unit}")?;
+    writeln!(out, "# {}", unit.comment())?;
     for [x, y, z] in welded.first.iter().map(|i| mesh.positions[*i as usize].map(|c| c / unit.millimetres())) {
         writeln!(out, "v {x} {y} {z}")?;
     }
@@ -151,7 +151,7 @@ fn write_ply(out: &mut dyn Write, mesh: &TriangleMesh, attributes: &Attributes, 
     let welded = Welded::of(mesh);
     let textured = !mesh.texcoords.is_empty() && welded.first.len() == mesh.positions.len();
     let Attributes { colours, intensities, .. } = attributes;
-    writeln!(out, "ply\nformat binary_little_endian 1.0\ncomment gmlc, unit: {unit}")?;
+    writeln!(out, "ply\nformat binary_little_endian 1.0\ncomment {}", unit.comment())?;
     writeln!(out, "element vertex {}", welded.first.len())?;
     writeln!(out, "property double x\nproperty double y\nproperty double z")?;
     if !mesh.normals.is_empty() {
@@ -196,12 +196,15 @@ fn write_ply(out: &mut dyn Write, mesh: &TriangleMesh, attributes: &Attributes, 
     Ok(())
 }
 
-/// A header of 80 bytes and a count; for each triangle its normal, its corners and two bytes of attributes.
+/// A header of 80 bytes, which says the unit, and a count; for each triangle its normal, its corners and two bytes of attributes.
 fn write_stl(out: &mut dyn Write, mesh: &TriangleMesh, unit: Unit) -> io::Result<()> {
     let Ok(count) = u32::try_from(mesh.triangles.len()) else {
         return Err(io::Error::new(io::ErrorKind::InvalidInput, "an STL file holds at most 2^32 - 1 triangles"));
     };
-    out.write_all(&[0; 80])?;
+    let mut header = [0; 80];
+    let comment = unit.comment();
+    header[..comment.len()].copy_from_slice(comment.as_bytes());
+    out.write_all(&header)?;
     out.write_all(&count.to_le_bytes())?;
     for &triangle in &mesh.triangles {
         let [a, b, c] = mesh.corners(triangle);

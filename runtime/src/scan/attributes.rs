@@ -111,6 +111,19 @@ impl Attributes {
         retain_marked(&mut self.stations.of_points, marks);
     }
 
+    /// Those of some of the points.
+    pub(crate) fn of_points(&self, points: &[u32]) -> Self {
+        fn chosen<T: Copy>(values: &[T], points: &[u32]) -> Vec<T> {
+            if values.is_empty() { Vec::new() } else { points.iter().map(|point| values[*point as usize]).collect() }
+        }
+        let of_points = chosen(&self.stations.of_points, points);
+        Self {
+            colours: chosen(&self.colours, points),
+            intensities: chosen(&self.intensities, points),
+            stations: Stations { places: self.stations.places.clone(), of_points },
+        }
+    }
+
     /// Those of the first point of each of `count` places, where `places` has the place of every point.
     pub(crate) fn merged(&self, places: &[u32], count: usize) -> Self {
         fn firsts<T: Copy + Default>(values: &[T], places: &[u32], count: usize) -> Vec<T> {

@@ -65,6 +65,9 @@ pub(crate) trait Points {
     /// Counts what is no point.
     fn leave_out(&mut self, why: NoPoint, count: u64);
 
+    /// A field of the file that is not read.
+    fn ignore(&mut self, field: &str);
+
     /// The share of the file that has been read, from 0 to 1.
     fn progress(&mut self, share: f64);
 

@@ -8,6 +8,7 @@ mod clean;
 pub(crate) mod cloud;
 mod colour;
 mod connected;
+mod creases;
 mod crop;
 mod empty_space;
 mod equal;

@@ -44,6 +44,8 @@ pub(super) struct RawMesh {
     pub(super) unit: Option<f64>,
     /// The file does not state it: it is that which files of the format have.
     pub(super) is_usual_unit: bool,
+    /// Names of the fields of its points that are not read.
+    pub(super) ignored: Vec<String>,
     /// Sentences about what of the file is left out, or looks as if it was lost before.
     pub(super) warnings: Vec<String>,
 }
@@ -149,12 +151,14 @@ impl RawMesh {
         self
     }
 
-    /// One vertex for every different combination of position, texture coordinate and normal at a corner.
-    pub(super) fn split_corners(self) -> TriangleMesh {
+    /// One vertex for every different combination of position, texture coordinate and normal at a corner, and what
+    /// belongs to it. Vertices that no triangle uses are left out where corners have normals or texture coordinates.
+    pub(super) fn split_corners(self) -> (TriangleMesh, Attributes) {
         if self.corner_normals.is_empty() && self.corner_texcoords.is_empty() {
-            let Self { positions, normals, texcoords, triangles, groups, .. } = self;
-            return TriangleMesh { positions, normals, texcoords, triangles, groups };
+            let Self { positions, normals, texcoords, triangles, groups, attributes, .. } = self;
+            return (TriangleMesh { positions, normals, texcoords, triangles, groups }, attributes);
         }
+        let mut sources = Vec::new();
         let mut mesh = TriangleMesh { groups: self.groups, ..TriangleMesh::default() };
         let mut seen: HashMap<(u32, [u64; 5]), u32, RandomState> = HashMap::default();
         for (t, triangle) in self.triangles.iter().enumerate() {
@@ -165,6 +169,7 @@ impl RawMesh {
                 let [nx, ny, nz] = normal.unwrap_or_default().map(f64::to_bits);
                 let [s, v] = texcoord.unwrap_or_default().map(f64::to_bits);
                 *seen.entry((vertex, [nx, ny, nz, s, v])).or_insert_with(|| {
+                    sources.push(vertex);
                     mesh.positions.push(self.positions[vertex as usize]);
                     mesh.normals.extend(normal);
                     mesh.texcoords.extend(texcoord);
@@ -173,7 +178,8 @@ impl RawMesh {
             });
             mesh.triangles.push(corners);
         }
-        mesh
+        let attributes = self.attributes.of_points(&sources);
+        (mesh, attributes)
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::clean::Dropped;
 use super::cloud::{BATCH, Input, Points, RawPoint};
+use super::creases::split_at_creases;
 use super::error::{ScanError, ScanFault};
 use super::file::{Opened, digest};
 use super::format::{self, Format};
@@ -90,23 +91,26 @@ impl Contents {
         let format = format::recognise(&opened.name, &opened.head, opened.size)?;
         let given = options.unit.map(Unit::millimetres);
         let reservoir = |stated| Reservoir::new(given.or(stated), options.crop, options.voxel, MOST_POINTS, progress);
+        let commented = Unit::in_comment(&opened.head).map(Unit::millimetres);
         let mut triangles = 0;
         let (mut raw, mut cleaning, scans) = match cloud_reader(format) {
             Some(read) => {
                 let mut points = reservoir(None);
+                commented.into_iter().for_each(|unit| points.unit(unit));
                 let (size, only) = (opened.size, options.only);
                 read(Input { bytes: Box::new(opened.stream()), size, only }, &mut points)?;
                 points.finish()
             }
             None => {
-                let raw = read_whole(format, opened)?;
+                let mut raw = read_whole(format, opened)?;
+                raw.unit = raw.unit.or(commented);
                 require_only_scan(options)?;
                 triangles = raw.triangles.len() as u64;
                 if raw.triangles.is_empty() {
                     let mut points = reservoir(raw.unit);
                     hand_on(&raw, &mut points)?;
                     let (kept, cleaning, scans) = points.finish();
-                    (RawMesh { unit: raw.unit, warnings: raw.warnings, ..kept }, cleaning, scans)
+                    (RawMesh { unit: raw.unit, warnings: raw.warnings, ignored: raw.ignored, ..kept }, cleaning, scans)
                 } else {
                     let points = raw.positions.len() as u64;
                     (raw, Cleaning { points, ..Cleaning::default() }, Vec::new())
@@ -119,7 +123,10 @@ impl Contents {
         }
         let unit = given.or(raw.unit).unwrap_or(Unit::default().millimetres());
         let mut warnings = mend_polygons(format, &mut raw)?;
-        warnings.extend(other_unit(given, raw.unit));
+        if !raw.is_usual_unit {
+            warnings.extend(other_unit(given, raw.unit));
+        }
+        warnings.extend(useless(options, &raw).map(|(option, why)| format!(": --{option} has no effect: {why}")));
         if let Some(bounds) = options.crop {
             cleaning.cropped += crop::crop(&mut raw, bounds, unit);
         }
@@ -152,7 +159,8 @@ impl Contents {
             triangles: raw.triangles.clone(),
             ..TriangleMesh::default()
         });
-        let mut mesh = raw.with_usable_normals(&smooth).split_corners();
+        let given = !raw.normals.is_empty() || !raw.corner_normals.is_empty();
+        let mut mesh = split_at_creases(raw.with_usable_normals(&smooth), given).split_corners().0;
         let all = mesh.triangles.len();
         let dropped = Dropped { all, repeated: mesh.drop_repeated(), ..Dropped::default() };
         warnings.extend(dropped.warning().map(|dropped| format!("`{}`: {dropped}", path.display())));
@@ -228,6 +236,19 @@ fn nothing_of(cleaning: &Cleaning) -> ScanFault {
     }
 }
 
+/// An option that does nothing to what the file has, and why.
+fn useless(options: &ReadOptions, raw: &RawMesh) -> Option<(&'static str, &'static str)> {
+    if raw.triangles.is_empty() {
+        return None;
+    }
+    let of_clouds = [
+        (options.voxel.is_some(), "voxel", "the scan has triangles, which --decimate reduces"),
+        (options.drop_outliers, "drop-outliers", "the scan has triangles; --keep-largest leaves out loose ones"),
+        (options.surface, "surface", "the scan has triangles already"),
+    ];
+    of_clouds.into_iter().find(|(given, ..)| *given).map(|(_, option, why)| (option, why))
+}
+
 /// A sentence on a unit that the user gives and the file contradicts.
 fn other_unit(given: Option<f64>, stated: Option<f64>) -> Option<String> {
     let (given, stated) = (given?, stated?);
@@ -260,13 +281,14 @@ fn mend_polygons(format: Format, raw: &mut RawMesh) -> Result<Vec<String>, ScanF
 /// # Errors
 /// As [`read_mesh`]; or no triangles can be made of the points.
 pub fn read_surface(path: &Path, unit: Option<Unit>) -> Result<ReferenceMesh, ScanError> {
-    let options = ReadOptions { unit, surface: true, ..ReadOptions::default() };
+    let options = ReadOptions { unit, ..ReadOptions::default() };
     let mesh = || {
         let contents = Contents::read(path, Opened::new(path)?, &options, &Silent)?;
         if !contents.raw.triangles.is_empty() {
             return contents.into_reference(path);
         }
-        let Scan { mesh, source, warnings, .. } = prepared(contents, path, String::new(), &options)?;
+        let meshed = ReadOptions { surface: true, ..options };
+        let Scan { mesh, source, warnings, .. } = prepared(contents, path, String::new(), &meshed)?;
         Ok(ReferenceMesh { mesh, unit: source.unit, warnings })
     };
     mesh().map_err(|fault: ScanFault| fault.at(path))

@@ -50,6 +50,8 @@ pub(super) struct Reservoir<'a> {
     station: u16,
     pub(super) counts: Cleaning,
     warnings: Vec<String>,
+    /// Names of fields that are not read.
+    ignored: Vec<String>,
 }
 
 /// A cube that has points.
@@ -157,6 +159,7 @@ impl<'a> Reservoir<'a> {
             station: Stations::UNKNOWN,
             counts: Cleaning::default(),
             warnings: Vec::new(),
+            ignored: Vec::new(),
         }
     }
 
@@ -164,9 +167,11 @@ impl<'a> Reservoir<'a> {
         self.given.or(self.stated).unwrap_or(1.0)
     }
 
-    fn cell(&self, position: [f64; 3], edge: f64) -> [i32; 3] {
+    /// The cube of a point; none where it is too far away for its cubes to be numbered, and then it has one of its own.
+    fn cell(&self, position: [f64; 3], edge: f64) -> Option<[i32; 3]> {
         let offset = (DVec3::from(position) - self.origin.unwrap_or_default()) * self.unit_in_millimetres();
-        (offset / edge).floor().as_ivec3().to_array()
+        let cube = (offset / edge).floor();
+        (cube.abs().max_element() < f64::from(i32::MAX)).then(|| cube.as_ivec3().to_array())
     }
 
     fn keep(&mut self, point: &RawPoint) {
@@ -180,7 +185,11 @@ impl<'a> Reservoir<'a> {
         self.origin.get_or_insert(DVec3::from(point.position));
         let key = self.cell(point.position, edge);
         let slot = self.kept.len() as u32;
-        let cell = self.cells.entry(key).or_insert(Cell { slot, count: 0 });
+        let mut alone = Cell { slot, count: 0 };
+        let cell = match key {
+            Some(key) => self.cells.entry(key).or_insert(alone),
+            None => &mut alone,
+        };
         cell.count = cell.count.saturating_add(1);
         if cell.count == 1 {
             self.kept.push(point, self.station);
@@ -226,7 +235,11 @@ impl<'a> Reservoir<'a> {
         for from in 0..self.kept.len() {
             let key = self.cell(self.kept.positions[from], edge);
             let count = self.kept.counts[from];
-            let cell = cells.entry(key).or_insert(Cell { slot: next, count: 0 });
+            let mut alone = Cell { slot: next, count: 0 };
+            let cell = match key {
+                Some(key) => cells.entry(key).or_insert(alone),
+                None => &mut alone,
+            };
             cell.count = cell.count.saturating_add(count);
             let slot = cell.slot as usize;
             let is_first = cell.slot == next;
@@ -259,6 +272,7 @@ impl<'a> Reservoir<'a> {
             unit: self.stated,
             is_usual_unit: self.is_usual,
             warnings: self.warnings,
+            ignored: self.ignored,
             ..RawMesh::default()
         };
         (raw, self.counts, self.scans)
@@ -320,6 +334,12 @@ impl Points for Reservoir<'_> {
         }
     }
 
+    fn ignore(&mut self, field: &str) {
+        if !self.ignored.iter().any(|known| known == field) {
+            self.ignored.push(field.to_owned());
+        }
+    }
+
     fn progress(&mut self, share: f64) {
         let detail = format!("{:.1} million points", self.counts.points as f64 / 1e6);
         self.progress.report("reading the scan", share, &detail);
@@ -374,6 +394,15 @@ mod tests {
         // Chi-squared of nine degrees of freedom: above 30 in one run of 2,300.
         let squared: f64 = tenths.iter().map(|n| (f64::from(*n) - expected).powi(2) / expected).sum();
         assert!(squared < 30.0, "{tenths:?}");
+    }
+
+    #[test]
+    fn cubes_too_small_to_be_numbered_hold_one_point_each() {
+        let (raw, counts) = read(&points(500), Some(1e-12), usize::MAX);
+        let (all, _) = read(&points(500), None, usize::MAX);
+        // But the few points around the first one, from which cubes are counted, and its doubles.
+        assert!(raw.positions.len() + counts.thinned as usize == 500 && counts.thinned < 20, "{}", counts.thinned);
+        assert_eq!(all.positions.len(), 500);
     }
 
     #[test]

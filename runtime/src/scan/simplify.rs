@@ -16,7 +16,7 @@ use std::collections::{HashMap, HashSet};
 const GROWTH: f64 = 1.15;
 const BEGIN: f64 = 0.8;
 
-/// Simplifies a mesh to at most `most` triangles; of a cloud so many points are kept, each as likely as any other.
+/// Simplifies a mesh to at most `most` triangles, or to the few that the whole mesh in one cube has; of a cloud so many points are kept, each as likely as any other.
 /// Returns the number of triangles, or points, that are gone.
 pub(super) fn simplify(mesh: &mut TriangleMesh, attributes: &mut Attributes, most: usize) -> usize {
     if mesh.triangles.is_empty() {
@@ -26,17 +26,26 @@ pub(super) fn simplify(mesh: &mut TriangleMesh, attributes: &mut Attributes, mos
     if before <= most {
         return 0;
     }
-    let area = mesh.area();
+    let (area, size) = (mesh.area(), mesh.bounds().diagonal());
     let mut edge = BEGIN * (2.0 * area / most.max(1) as f64).sqrt();
+    let mut fewest = Vec::new();
     loop {
-        let representative = clusters(mesh, edge);
-        let triangles = merged(mesh, &representative);
-        if triangles.len() <= most {
-            mesh.triangles = triangles;
+        let triangles = merged(mesh, &clusters(mesh, edge));
+        // What would be no mesh any more stays as it was before.
+        if triangles.is_empty() {
+            break;
+        }
+        fewest = triangles;
+        // Once a cube holds all, larger ones change nothing: what faces six ways keeps up to eight triangles.
+        if fewest.len() <= most || edge > 2.0 * size {
             break;
         }
         edge *= GROWTH;
     }
+    if fewest.is_empty() {
+        return 0;
+    }
+    mesh.triangles = fewest;
     let used = renumber_used(&mut mesh.triangles, mesh.positions.len());
     retain_marked(&mut mesh.positions, &used);
     retain_marked(&mut mesh.normals, &used);
@@ -138,6 +147,20 @@ mod tests {
         // None is folded over.
         let turned = mesh.triangles.iter().filter(|t| mesh.triangle_normal(**t).unwrap().z * (z(t[0]) - 0.25) < 0.0);
         assert_eq!(turned.count(), 0);
+    }
+
+    #[test]
+    fn fewer_triangles_than_can_be_is_no_endless_work() {
+        let mut octahedron = TriangleMesh {
+            positions: [-1.0, 1.0].into_iter().flat_map(|s| [[s, 0.0, 0.0], [0.0, s, 0.0], [0.0, 0.0, s]]).collect(),
+            triangles: vec![[3, 4, 5], [4, 0, 5], [0, 1, 5], [1, 3, 5], [4, 3, 2], [0, 4, 2], [1, 0, 2], [3, 1, 2]],
+            ..TriangleMesh::default()
+        };
+        octahedron.normals = octahedron.vertex_normals();
+        for most in (1..8).rev() {
+            simplify(&mut octahedron, &mut Attributes::default(), most);
+            assert!((1..=8).contains(&octahedron.triangles.len()), "{most}");
+        }
     }
 
     #[test]

@@ -42,6 +42,9 @@ pub struct Survey {
     pub cleaning: Cleaning,
     /// The scans in the file, where it can have several.
     pub scans: Vec<ScanEntry>,
+    /// Names of the fields of its points that are not read.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub ignored: Vec<String>,
     /// Least coordinates. Millimetres, as all lengths.
     pub low: [f64; 3],
     /// Greatest coordinates.
@@ -122,6 +125,7 @@ pub fn survey(path: &Path, options: &ReadOptions, progress: &dyn Progress) -> Re
             (None, None) => "default",
         };
         let precision = contents.precision();
+        let ignored = contents.raw.ignored.clone();
         let has_normals = !contents.raw.normals.is_empty() || !contents.raw.corner_normals.is_empty();
         let (unit, scans) = (contents.unit, contents.scans.iter().map(|s| ScanEntry::new(s, contents.unit)).collect());
         progress.report("looking at the scan", f64::NAN, "");
@@ -132,6 +136,7 @@ pub fn survey(path: &Path, options: &ReadOptions, progress: &dyn Progress) -> Re
             unit: unit::text(unit),
             unit_from,
             scans,
+            ignored,
             precision,
             normals: normals_from(&scan, has_normals),
             warnings: scan.warnings.clone(),

@@ -8,6 +8,10 @@ use thiserror::Error;
 /// The length in millimetres of the metre, which many formats have.
 pub(super) const METRE: f64 = 1000.0;
 
+const COMMENT: &str = "gmlc, unit: ";
+/// The number of bytes in which a comment of gmlc stands.
+const COMMENTS: usize = 1024;
+
 /// The unit of a file's coordinates.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -41,6 +45,19 @@ impl Unit {
     #[must_use]
     pub fn name(self) -> &'static str {
         self.describe().0
+    }
+
+    /// The text by which files that have no unit of their own say theirs, in a comment.
+    pub(crate) fn comment(self) -> String {
+        format!("{COMMENT}{self}")
+    }
+
+    /// The unit that a comment of gmlc at the beginning of a file says.
+    pub(super) fn in_comment(head: &[u8]) -> Option<Self> {
+        let head = &head[..head.len().min(COMMENTS)];
+        let at = head.windows(COMMENT.len()).position(|text| text == COMMENT.as_bytes())?;
+        let word = head[at + COMMENT.len()..].split(|b| !b.is_ascii_alphabetic()).next()?;
+        std::str::from_utf8(word).ok()?.parse().ok()
     }
 
     fn describe(self) -> (&'static str, f64) {
@@ -93,6 +110,10 @@ mod tests {
         for unit in Unit::ALL {
             assert_eq!(unit.to_string().parse(), Ok(unit));
         }
+        for unit in Unit::ALL {
+            assert_eq!(Unit::in_comment(format!("ply\ncomment {}\nx", unit.comment()).as_bytes()), Some(unit));
+        }
+        assert_eq!(Unit::in_comment(b"# gmlc, unit: furlong\n"), None);
         assert_eq!("MM".parse(), Ok(Unit::Mm));
         assert!("yd".parse::<Unit>().unwrap_err().to_string().contains("mm, cm"));
     }

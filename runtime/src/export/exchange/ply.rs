@@ -4,6 +4,7 @@
 use super::surface::MeasuredSurface;
 use super::{classes, distances, of_point};
 use crate::export::atomic::{self, WriteError};
+use crate::scan::Unit;
 use crate::variance::MeasuredPoints;
 use std::io::{self, Write};
 use std::path::Path;
@@ -85,7 +86,7 @@ pub(super) fn write_surface(out: &mut dyn Write, surface: &MeasuredSurface, part
 
 /// The beginning of a header, with what the scalars mean.
 fn begin(out: &mut dyn Write, parts: &[String]) -> io::Result<()> {
-    writeln!(out, "ply\nformat binary_little_endian 1.0\ncomment gmlc, unit: mm")?;
+    writeln!(out, "ply\nformat binary_little_endian 1.0\ncomment {}", Unit::Mm.comment())?;
     writeln!(out, "comment distance: {}\ncomment class: {}", distances(), classes())?;
     for (number, name) in parts.iter().enumerate() {
         // Control characters would end the line.

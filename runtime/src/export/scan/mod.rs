@@ -55,6 +55,8 @@ pub struct Holds {
     pub intensities: bool,
     /// Places of the scanner.
     pub stations: bool,
+    /// Texture coordinates.
+    pub texcoords: bool,
 }
 
 /// What is written. Millimetres.
@@ -141,19 +143,25 @@ impl ScanFormat {
         matches!(self, Self::E57 | Self::Las | Self::Laz | Self::Ptx | Self::Glb)
     }
 
+    /// Whether a file says its unit to gmlc: as the format has it, or in a comment.
+    #[must_use]
+    pub fn says_unit(self) -> bool {
+        self != Self::Pts
+    }
+
     /// What a file of the format has room for, beside positions and triangles.
     #[must_use]
     pub fn holds(self) -> Holds {
-        let all = Holds { normals: true, colours: true, intensities: true, stations: true };
+        let all = Holds { normals: true, colours: true, intensities: true, stations: true, texcoords: false };
         match self {
-            Self::Mesh(MeshFormat::Ply) => Holds { stations: false, ..all },
-            Self::Mesh(MeshFormat::Obj) => Holds { normals: true, ..Holds::default() },
+            Self::Mesh(MeshFormat::Ply) => Holds { stations: false, texcoords: true, ..all },
+            Self::Mesh(MeshFormat::Obj) => Holds { normals: true, texcoords: true, ..Holds::default() },
             Self::Mesh(MeshFormat::Stl) | Self::ThreeMf => Holds::default(),
-            Self::Off => Holds { colours: true, ..Holds::default() },
+            Self::Off => Holds { normals: true, colours: true, ..Holds::default() },
             Self::Glb => Holds { normals: true, colours: true, ..Holds::default() },
-            Self::E57 | Self::Ptx => Holds { normals: false, ..all },
+            Self::Ptx => Holds { normals: false, ..all },
             Self::Las | Self::Laz | Self::Pts => Holds { normals: false, stations: false, ..all },
-            Self::Pcd => all,
+            Self::E57 | Self::Pcd => all,
             Self::Xyz => Holds { stations: false, ..all },
         }
     }

@@ -9,7 +9,7 @@ pub(super) fn write(out: &mut dyn Out, scan: &Recorded<'_>) -> io::Result<()> {
     let (mesh, colours) = (scan.mesh, &scan.attributes.colours);
     let prefix = |has: bool, prefix: &'static str| if has { prefix } else { "" };
     writeln!(out, "{}{}OFF", prefix(!colours.is_empty(), "C"), prefix(!mesh.normals.is_empty(), "N"))?;
-    writeln!(out, "# gmlc, unit: {}", scan.unit)?;
+    writeln!(out, "# {}", scan.unit.comment())?;
     writeln!(out, "{} {} 0", mesh.positions.len(), mesh.triangles.len())?;
     for i in 0..mesh.positions.len() {
         let [x, y, z] = scan.position(i);

@@ -27,7 +27,8 @@ pub(super) fn write(out: &mut dyn Out, scan: &Recorded<'_>) -> io::Result<()> {
     let column = |part: fn(&(&'static str, &'static str, &'static str)) -> &'static str| -> String {
         fields.iter().map(part).collect::<Vec<_>>().join(" ")
     };
-    writeln!(out, "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS {}", column(|f| f.0))?;
+    writeln!(out, "# .PCD v0.7 - Point Cloud Data file format\n# {}", scan.unit.comment())?;
+    writeln!(out, "VERSION 0.7\nFIELDS {}", column(|f| f.0))?;
     writeln!(out, "SIZE {}\nTYPE {}\nCOUNT {}", column(|f| f.1), column(|f| f.2), column(|_| "1"))?;
     writeln!(out, "WIDTH {count}\nHEIGHT 1\nVIEWPOINT {}\nPOINTS {count}\nDATA binary", viewpoint(scan))?;
     for i in 0..count {

@@ -2,6 +2,7 @@
 //! for what they say; programs that know none skip the line.
 
 use super::{Out, Recorded};
+use crate::scan::Unit;
 use std::io;
 
 /// Writes a scan in this format.
@@ -13,6 +14,10 @@ pub(super) fn write(out: &mut dyn Out, scan: &Recorded<'_>) -> io::Result<()> {
         ("intensity", !attributes.intensities.is_empty()),
     ];
     let names: Vec<&str> = parts.into_iter().filter(|(_, there)| *there).map(|(names, _)| names).collect();
+    // Programs that know no remarks are spared one that says the usual.
+    if scan.unit != Unit::default() {
+        writeln!(out, "# {}", scan.unit.comment())?;
+    }
     writeln!(out, "{}", [&["x y z"], &names[..]].concat().join(" "))?;
     for i in 0..mesh.positions.len() {
         let [x, y, z] = scan.position(i);

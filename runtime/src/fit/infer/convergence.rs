@@ -11,8 +11,8 @@ use crate::fit::problem::objective::{Objective, Order};
 use crate::fit::problem::parameterization::Estimate;
 use crate::fit::refine::schedule::{POLISH, Solution, foot_tolerance};
 use crate::fit::tuning::{
-    AVERAGED_PAIRS, AVERAGED_REACH, EQUAL_FITS, HELD_NOISE, HELD_STEP, POLISH_ITERATIONS, RESUMED_STEP, SETTLED_ROUNDING,
-    SETTLED_STEP, STALLED_NAMED,
+    AVERAGED_PAIRS, AVERAGED_REACH, EQUAL_FITS, HELD_NOISE, HELD_STEP, POLISH_ITERATIONS, RESUMED_STEP,
+    SETTLED_ROUNDING, SETTLED_STEP, STALLED_NAMED,
 };
 use crate::sampling::halton;
 use nalgebra::DVector;

@@ -70,6 +70,11 @@ impl<'a> Batch<'a> {
         self.points.usual_unit(millimetres);
     }
 
+    /// A field of the file that is not read.
+    pub(super) fn ignore(&mut self, field: &str) {
+        self.points.ignore(field);
+    }
+
     pub(super) fn warn(&mut self, sentence: String) {
         self.points.warn(sentence);
     }

@@ -14,6 +14,7 @@ pub(crate) struct Collected {
     pub(crate) empty: u64,
     pub(crate) unit: Option<f64>,
     pub(crate) warnings: Vec<String>,
+    pub(crate) ignored: Vec<String>,
     pub(crate) progress: f64,
 }
 
@@ -41,6 +42,10 @@ impl Points for Collected {
             NoPoint::Marked => self.marked += count,
             NoPoint::Empty => self.empty += count,
         }
+    }
+
+    fn ignore(&mut self, field: &str) {
+        self.ignored.push(field.to_owned());
     }
 
     fn progress(&mut self, share: f64) {

@@ -24,6 +24,8 @@ pub(super) struct Described {
     pub(super) fields: Vec<Field>,
     /// The values of black and of full red, green and blue, as far as they are stated.
     pub(super) colours: [Option<[f64; 2]>; 3],
+    /// Names of attributes of the points that are not known.
+    pub(super) ignored: Vec<String>,
     /// Sentences about faults that are put up with.
     pub(super) warnings: Vec<String>,
 }
@@ -67,7 +69,10 @@ impl Xml {
         self.check_codecs(points)?;
         let mut warnings = Vec::new();
         let pose = child(scan, "pose").map(|pose| self.pose(pose, &mut warnings)).transpose()?;
-        let fields = prototype.children().filter(Node::is_element).map(|n| self.field(n)).collect::<Result<_, _>>()?;
+        let attributes = || prototype.children().filter(Node::is_element);
+        let fields: Vec<Field> = attributes().map(|n| self.field(n)).collect::<Result<_, _>>()?;
+        let unknown = attributes().zip(&fields).filter(|(_, field)| field.name.is_none());
+        let ignored = unknown.map(|(node, _)| node.tag_name().name().to_owned()).collect();
         Ok(Described {
             name,
             pose,
@@ -75,6 +80,7 @@ impl Xml {
             records: self.count(points, "recordCount")?,
             fields,
             colours: self.colours(scan)?,
+            ignored,
             warnings,
         })
     }

@@ -37,6 +37,7 @@ pub(in crate::scan) fn read(input: Input, points: &mut dyn Points) -> Result<(),
     let all = wanted().map(|(_, scan)| scan.records).fold(0, u64::saturating_add);
     let mut before = 0;
     for (index, scan) in wanted() {
+        scan.ignored.iter().for_each(|field| points.ignore(field));
         scan.warnings.iter().for_each(|warning| points.warn(warning.clone()));
         points.begin(Entry { name: scan.name.clone(), station: station(scan) });
         read_scan(&mut pages, index, scan, points, |done| (before + done) as f64 / all.max(1) as f64)?;

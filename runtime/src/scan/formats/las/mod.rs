@@ -33,6 +33,7 @@ pub(in crate::scan) fn read(input: Input, points: &mut dyn Points) -> Result<(),
         return Err(ScanFault::NoSuchScan { count: 1 });
     }
     let height = units(&header, points)?;
+    ignore_others(&header, points);
     let layout = Layout::new(&header, height);
     let records = if header.is_compressed {
         Records::Packed(Box::new(Unpacker::new(source, &header, size)?))
@@ -42,6 +43,26 @@ pub(in crate::scan) fn read(input: Input, points: &mut dyn Points) -> Result<(),
         Records::Plain(source)
     };
     Reading { header: &header, layout, records, done: 0, shift: None, has_warned: false }.read_all(points)
+}
+
+/// Says what of the points is not read.
+fn ignore_others(header: &Header, points: &mut dyn Points) {
+    for field in ["returns", "classification", "scan angle", "user data"] {
+        points.ignore(field);
+    }
+    // Times and colours are in some formats of points only (ASPRS LAS 1.4, 2.6).
+    if !matches!(header.format, 0 | 2) {
+        points.ignore("GPS time");
+    }
+    if matches!(header.format, 4 | 5 | 9 | 10) {
+        points.ignore("waveforms");
+    }
+    if matches!(header.format, 8 | 10) {
+        points.ignore("near infrared");
+    }
+    if header.extra() > 0 {
+        points.ignore("extra bytes");
+    }
 }
 
 /// Says the unit of x and y; returns that of z as a part of it.

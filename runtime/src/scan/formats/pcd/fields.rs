@@ -138,6 +138,11 @@ impl Roles {
             },
         };
         let intensity = named(&["intensity", "intensities", "reflectance", "reflectivity", "i"]).map(Slot::of);
+        let normals = ["normal_x", "nx", "normal_y", "ny", "normal_z", "nz"];
+        let colours = ["rgb", "rgba", "r", "red", "g", "green", "b", "blue"];
+        let others = ["x", "y", "z", "intensity", "intensities", "reflectance", "reflectivity", "i", "_"];
+        let read = |name: &str| others.contains(&name) || normals.contains(&name) || colours.contains(&name);
+        header.fields.iter().filter(|field| !read(&field.name)).for_each(|field| batch.ignore(&field.name));
         Ok(Self { position, normal, colour, intensity })
     }
 

@@ -74,6 +74,8 @@ impl Kinds {
 impl Reader<'_> {
     pub(super) fn read_vertices(&mut self, element: &Element) -> Result<(), ScanFault> {
         let slots = slots(element);
+        let unread = element.properties.iter().zip(&slots).filter(|(_, slot)| slot.is_none());
+        self.raw.ignored.extend(unread.map(|(property, _)| property.name.to_owned()));
         let kinds = Kinds::of(element, &slots);
         let mut colours = Vec::new();
         if !self.read_plain_vertices(element, &slots, kinds, &mut colours) {

@@ -31,6 +31,8 @@ pub(super) struct Layout {
     /// The number of points that a line announces, and that line.
     pub(super) count: Option<(u64, u64)>,
     pub(super) warnings: Vec<String>,
+    /// Names or numbers of the columns that are not read.
+    pub(super) ignored: Vec<String>,
     /// Whether nearly all lines are points.
     pub(super) clear: bool,
 }
@@ -59,6 +61,8 @@ struct Fit<'a> {
     rows: Vec<Vec<Cell>>,
     /// Those that should.
     lines: usize,
+    /// The marks of numbers may group thousands.
+    thousands: bool,
 }
 
 impl Layout {
@@ -107,25 +111,53 @@ impl Layout {
         let (named, header) = find_names(fit, &texts, &remarks)?;
         let mut warnings = Vec::new();
         let rows = Rows(&fit.rows);
-        let (mut columns, unit) = match named {
-            Some(names) => (names.columns, names.unit),
+        let stated = texts.iter().chain(&remarks).find_map(|(number, line)| Some((*number, names::stated_unit(line)?)));
+        let mut column_names = Vec::new();
+        let (mut columns, mut unit, mut unknown) = match named {
+            Some(names) => {
+                column_names = names.all;
+                (names.columns, names.unit, names.unknown_unit.map(|word| (header.unwrap_or(1), word)))
+            }
             None => {
                 refuse_mixed(fit)?;
                 let (columns, warning) = guess::columns(&fit.numeric, &rows);
                 warnings.extend(warning);
-                (columns, None)
+                (columns, None, None)
             }
         };
+        match stated.clone() {
+            Some((_, Ok(stated))) => unit = unit.or(Some(stated)),
+            Some((number, Err(word))) => unknown = unknown.or(Some((number, word))),
+            None => {}
+        }
+        if let (None, Some((number, word))) = (unit, unknown) {
+            let known = "um, mm, cm, m, in or ft";
+            warnings.push(format!("line {number}: the unit `{word}` is not known: --unit says which it is ({known})"));
+        }
+        warnings.extend(fit.thousands.then(|| {
+            "all numbers have three digits behind a mark, or no mark: if the marks group thousands, export the file without"
+                .to_owned()
+        }));
         if header.is_some() {
             check_named(fit, &mut columns, &mut warnings)?;
         }
-        let unused = |line: &&Line<'_>| Some(line.0) != header && lone_count(line.1).is_none();
-        if let Some((number, line)) = texts.iter().find(unused) {
-            warnings.push(format!("line {number}: `{}` is no point and is left out", show(line)));
+        let of_unit = stated.map(|(number, _)| number);
+        let mut unused = texts
+            .iter()
+            .copied()
+            .filter(|line| Some(line.0) != header && Some(line.0) != of_unit && lone_count(line.1).is_none());
+        if let Some((number, line)) = unused.next() {
+            let others = match unused.count() {
+                0 => String::new(),
+                others => format!(" ({others} more lines like it)"),
+            };
+            warnings.push(format!("line {number}: `{}` is no point and is left out{others}", show(line)));
         }
+        let name = |c: usize| column_names.get(c).cloned().unwrap_or_else(|| format!("column {}", c + 1));
+        let ignored = (0..width).filter(|c| !columns.read(*c)).map(name).collect();
         let clear = fit.is_clear();
         let unit = unit.map(|unit| unit.millimetres());
-        Ok(Self { dialect, width, first, columns, unit, count, warnings, clear })
+        Ok(Self { dialect, width, first, columns, unit, count, warnings, ignored, clear })
     }
 }
 
@@ -136,6 +168,10 @@ fn refuse_other_points(fit: &Fit<'_>, texts: &[Line<'_>]) -> Result<(), ScanFaul
         fit.dialect.split(line, &mut fields);
         let is_number = |field: &Range<usize>| fit.dialect.cell(&line[field.clone()]) != Cell::Text;
         if fields.len() >= 3 && fields[..3].iter().all(is_number) {
+            if fields.len() == fit.width {
+                let message = format!("expected three numbers as in line {}, found `{}`", fit.first, show(line));
+                return Err(fault(*number, message));
+            }
             let message = format!(
                 "expected {} columns as in line {} and others, found {} in `{}`",
                 fit.width,
@@ -302,7 +338,8 @@ impl<'a> Fit<'a> {
             return None;
         }
         let (preamble, rest) = lines.split_at(start);
-        Some(Self { dialect, width, preamble, first: rest[0].0, numeric, rows, lines: lines_behind })
+        let thousands = may_be_thousands(dialect, rest, &numeric);
+        Some(Self { dialect, width, preamble, first: rest[0].0, numeric, rows, lines: lines_behind, thousands })
     }
 
     /// Whether nearly all lines are points, with a few others before them at most.
@@ -325,6 +362,29 @@ impl<'a> Fit<'a> {
 /// Commas are decimal marks beside commas as separators only where every number has one.
 fn is_decimal_throughout(rows: &[Vec<Cell>], numeric: &[usize], lines: usize) -> bool {
     rows.len() == lines && rows.iter().all(|row| numeric.iter().all(|c| !matches!(row[*c], Cell::Number(_, true))))
+}
+
+/// Whether the first three columns of numbers have marks in front of exactly three digits wherever they have any, and
+/// numbers without a mark as well: `1.182;643;12.077` may be thousands.
+fn may_be_thousands(dialect: Dialect, lines: &[Line<'_>], numeric: &[usize]) -> bool {
+    /// Fewer numbers with a mark say nothing.
+    const FEWEST: usize = 20;
+    let (mut fields, mut marked, mut bare) = (Vec::new(), 0, 0);
+    for (_, line) in lines.iter().filter(|line| !dialect.is_comment(line.1)) {
+        dialect.split(line, &mut fields);
+        for field in numeric.iter().take(3).filter_map(|c| fields.get(*c)) {
+            let field = &line[field.clone()];
+            match field.iter().position(|b| *b == dialect.mark) {
+                Some(at) if field.len() == at + 4 && !field.starts_with(b"0") && !field.starts_with(b"-0") => {
+                    marked += 1
+                }
+                Some(_) => return false,
+                None if field.iter().any(u8::is_ascii_alphabetic) => return false,
+                None => bare += 1,
+            }
+        }
+    }
+    marked >= FEWEST && bare > 0
 }
 
 fn count_numbers(cells: &[Cell]) -> usize {

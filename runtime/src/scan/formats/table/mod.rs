@@ -38,6 +38,7 @@ pub(in crate::scan) fn read(mut input: Input, points: &mut dyn Points) -> Result
     if let Some(unit) = layout.unit {
         batch.unit(unit);
     }
+    layout.ignored.iter().for_each(|column| batch.ignore(column));
     layout.warnings.iter().for_each(|warning| batch.warn(warning.clone()));
     let mut lines = Lines::new(input, FORMAT)?;
     let mut reader = Reader::new(&layout);

@@ -15,6 +15,14 @@ pub(super) struct Columns {
     pub(super) intensity: Option<usize>,
 }
 
+impl Columns {
+    /// Whether a column is read.
+    pub(super) fn read(&self, column: usize) -> bool {
+        let threes = [Some(self.position), self.normal, self.colour];
+        threes.iter().flatten().flatten().chain(&self.intensity).any(|c| *c == column)
+    }
+}
+
 /// Names of coordinates without blanks, signs and units; the earlier ones are better.
 const POSITION: [&[&str]; 3] = [
     &["x", "xcoordinate", "xcoord", "coordx", "coordinatex", "posx", "positionx", "px", "points0", "easting", "east"],
@@ -51,9 +59,13 @@ const INTENSITY: &[&str] = &["intensity", "scalarintensity", "i", "int", "reflec
 pub(super) struct Names {
     /// Their number.
     pub(super) count: usize,
+    /// As they stand there.
+    pub(super) all: Vec<String>,
     pub(super) columns: Columns,
     /// The unit of the coordinates.
     pub(super) unit: Option<Unit>,
+    /// What stands in brackets behind the name of a coordinate and is no unit that is known.
+    pub(super) unknown_unit: Option<String>,
 }
 
 /// A name.
@@ -61,14 +73,17 @@ struct Name {
     /// Letters and digits, in lower case, without the unit.
     bare: String,
     unit: Option<Unit>,
+    unknown_unit: Option<String>,
 }
 
 impl Name {
     fn of(text: &str) -> Self {
         let text = text.trim_matches(|c: char| c.is_whitespace() || c == '"' || c == '\'').to_lowercase();
+        let mut unknown_unit = None;
         let (base, unit) = match text.find(['[', '(']) {
             Some(at) => {
                 let inside = text[at + 1..].trim_end_matches([']', ')', ' ']);
+                unknown_unit = unit(inside).is_none().then(|| inside.to_owned());
                 (&text[..at], unit(inside))
             }
             // `x_mm` and `x mm`.
@@ -77,8 +92,21 @@ impl Name {
                 _ => (text.as_str(), None),
             },
         };
-        Self { bare: base.chars().filter(|c| c.is_alphanumeric()).collect(), unit }
+        Self { bare: base.chars().filter(|c| c.is_alphanumeric()).collect(), unit, unknown_unit }
     }
+}
+
+/// The unit that a line of text before the points states, such as `Units: inches` and `# unit = m`, or the word that
+/// stands there and is none.
+pub(super) fn stated_unit(line: &[u8]) -> Option<Result<Unit, String>> {
+    let line = String::from_utf8_lossy(line).to_lowercase();
+    let behind = |word: &str| line.find(word).map(|at| &line[at + word.len()..]);
+    let rest = behind("units").or_else(|| behind("unit")).or_else(|| behind("einheit"))?;
+    let rest = rest.trim_start();
+    let word =
+        rest.strip_prefix([':', '=', ',', ';']).or_else(|| rest.strip_prefix("are ")).or(rest.strip_prefix("is "))?;
+    let word = word.trim().trim_matches(|c: char| "\"'[]().;,".contains(c));
+    (!word.is_empty()).then(|| unit(word).ok_or_else(|| word.to_owned()))
 }
 
 fn unit(word: &str) -> Option<Unit> {
@@ -150,7 +178,8 @@ impl Names {
             brightest: 255.0,
             intensity: column(&names, INTENSITY).unwrap_or(None),
         };
-        Ok(Some(Self { count: words.len(), columns, unit }))
+        let unknown_unit = position.iter().find_map(|i| names[*i].unknown_unit.clone());
+        Ok(Some(Self { count: words.len(), all: words.to_vec(), columns, unit, unknown_unit }))
     }
 }
 

@@ -171,3 +171,28 @@ fn faulty_files_do_no_harm() {
     ];
     mutate(read, &seeds, 5_000);
 }
+
+#[test]
+fn units_in_front_of_the_points() {
+    let unit = |text: &str| table(text).unit;
+    assert_eq!(unit("Exported today\nUnits: inches\nX Y Z\n1 2 3\n4 5 6\n"), Some(25.4));
+    assert_eq!(unit("# GOM\n# unit = m\n# X Y Z\n1 2 3\n4 5 6\n"), Some(1000.0));
+    assert_eq!(unit("# gmlc, unit: cm\nx y z\n1 2 3\n4 5 6\n"), Some(10.0));
+    for text in ["X [mil];Y [mil];Z [mil]\n1;2;3\n4;5;6\n", "Units: mil\nx y z\n1 2 3\n4 5 6\n"] {
+        let found = table(text);
+        assert!(
+            found.unit.is_none() && found.warnings[0].contains("the unit `mil` is not known"),
+            "{:?}",
+            found.warnings
+        );
+    }
+}
+
+#[test]
+fn marks_that_may_group_thousands_are_said() {
+    let rows = |last: &str| (0..12).map(|i| format!("{i}.182;4{i}.046;{last}\n")).collect::<String>();
+    let says = |text: &str| table(text).warnings.iter().any(|w| w.contains("group thousands"));
+    let with_zero = rows("643").replace("0.182", "1.182");
+    assert!(says(&with_zero));
+    assert!(!says(&rows("643")) && !says(&rows("643.25")) && !says(&rows("643.250")));
+}

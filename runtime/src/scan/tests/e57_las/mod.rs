@@ -52,6 +52,8 @@ impl Points for Collected {
         }
     }
 
+    fn ignore(&mut self, _: &str) {}
+
     fn progress(&mut self, share: f64) {
         assert!((self.share..=1.0).contains(&share), "{share} follows {}", self.share);
         self.share = share;
