@@ -323,6 +323,9 @@ fn verdicts(report: &VarianceReport) -> String {
 
 /// The probability of conformance: one number, or from the least to the greatest.
 fn probability(verdict: &Verdict) -> String {
+    if verdict.probability.is_nan() {
+        return "-".to_owned();
+    }
     let [least, greatest] = [verdict.probability, verdict.highest_probability].map(|p| format!("{p:.3}"));
     if least == greatest { least } else { format!("{least} to {greatest}") }
 }

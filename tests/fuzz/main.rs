@@ -11,6 +11,7 @@ mod case;
 #[path = "../../compiler/tests/hostile/damage.rs"]
 mod damage;
 mod fits;
+mod formats;
 #[path = "../../compiler/tests/random/generate/mod.rs"]
 mod generate;
 mod mutate;
@@ -18,6 +19,7 @@ mod options;
 mod process;
 mod scans;
 mod scripts;
+mod seal;
 mod shrink;
 mod verdict;
 

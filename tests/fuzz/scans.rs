@@ -3,17 +3,23 @@
 use crate::case::Case;
 use crate::damage::Random;
 use crate::mutate::{choose, damaged};
+use crate::seal::seal;
+use flate2::write::GzEncoder;
+use gml_runtime::export::scan::{Recorded, ScanFormat, to_bytes};
+use gml_runtime::mesh::TriangleMesh;
+use gml_runtime::scan::{Attributes, Station, Stations, Unit};
 use std::f32::consts::PI;
-use std::fmt::Write;
+use std::fmt::Write as _;
+use std::io::Write as _;
 
 /// Points of a ball, and its triangles by their indices.
-struct Ball {
+pub(crate) struct Ball {
     points: Vec<[f32; 3]>,
     triangles: Vec<[u32; 3]>,
 }
 
 impl Ball {
-    fn new(rows: u32, columns: u32) -> Ball {
+    pub(crate) fn new(rows: u32, columns: u32) -> Ball {
         let point = |i: u32, j: u32| {
             let (a, b) = (PI * (i as f32 + 0.5) / rows as f32, 2.0 * PI * j as f32 / columns as f32);
             // Not quite round, as scans are.
@@ -46,6 +52,23 @@ impl Ball {
 
     fn corners(&self, triangle: [u32; 3]) -> [[f32; 3]; 3] {
         triangle.map(|i| self.points[i as usize])
+    }
+
+    /// A file as gmlc writes it: with colours, intensities and two stations as far as the format has them.
+    pub(crate) fn file(&self, format: ScanFormat) -> Vec<u8> {
+        let positions: Vec<[f64; 3]> = self.points.iter().map(|p| p.map(f64::from)).collect();
+        let of = |i: usize| i * 2 / positions.len();
+        let attributes = Attributes {
+            colours: (0..positions.len()).map(|i| [i as u8, 7, 200]).collect(),
+            intensities: (0..positions.len()).map(|i| i as f32).collect(),
+            stations: Stations {
+                places: vec![Station::at([500.0, 0.0, 3.0]), Station::at([-500.0, 0.0, 3.0])],
+                of_points: (0..positions.len()).map(|i| of(i) as u16).collect(),
+            },
+        };
+        let mesh = TriangleMesh { positions, triangles: self.triangles.clone(), ..TriangleMesh::default() };
+        let scan = Recorded { mesh: &mesh, attributes: &attributes, grids: &[], unit: Unit::Mm };
+        to_bytes(&scan, format).expect("a ball can be written")
     }
 
     fn obj(&self) -> Vec<u8> {
@@ -109,7 +132,11 @@ impl Ball {
 }
 
 /// Commands with SCAN for the file's name.
-const COMMANDS: [&[&str]; 7] = [
+const COMMANDS: [&[&str]; 11] = [
+    &["info", "SCAN"],
+    &["info", "SCAN", "--json", "--keep-largest", "--crop=-1mm..,..,.."],
+    &["convert", "SCAN", "-o", "new.ply", "--voxel", "3mm"],
+    &["fit", "ball.gml", "SCAN", "-o", "new.json", "--surface", "--drop-outliers"],
     &["fit", "ball.gml", "SCAN", "-o", "new.json"],
     &["variance", "ball.gml", "SCAN", "--device", "cpu", "--resolution", "32", "-o", "out"],
     &["variance", "SCAN", "scan.ply", "--device", "cpu", "--resolution", "32", "-o", "out"],
@@ -119,6 +146,27 @@ const COMMANDS: [&[&str]; 7] = [
     &["compare", "scan.ply", "SCAN", "--resolution", "32"],
 ];
 
+/// Formats besides those that are made here.
+const OTHERS: [(&str, ScanFormat); 10] = [
+    ("bad.off", ScanFormat::Off),
+    ("bad.glb", ScanFormat::Glb),
+    ("bad.3mf", ScanFormat::ThreeMf),
+    ("bad.e57", ScanFormat::E57),
+    ("bad.las", ScanFormat::Las),
+    ("bad.laz", ScanFormat::Laz),
+    ("bad.pcd", ScanFormat::Pcd),
+    ("bad.pts", ScanFormat::Pts),
+    ("bad.ptx", ScanFormat::Ptx),
+    ("bad.xyz", ScanFormat::Xyz),
+];
+
+/// Compressed by gzip.
+fn packed(content: &[u8]) -> Vec<u8> {
+    let mut encoder = GzEncoder::new(Vec::new(), flate2::Compression::fast());
+    encoder.write_all(content).expect("memory");
+    encoder.finish().expect("memory")
+}
+
 /// A random case.
 pub(crate) fn case(random: &mut Random) -> Case {
     let mut ball = if random.below(8) == 0 { Ball::new(2, 3) } else { Ball::new(10, 16) };
@@ -126,16 +174,29 @@ pub(crate) fn case(random: &mut Random) -> Case {
     if distorted {
         ball.distort(random);
     }
-    let (name, content) = match random.below(6) {
+    let (name, content) = match random.below(12) {
         0 => ("bad.obj", ball.obj()),
         1 => ("bad.ply", ball.ply("ascii")),
         2 => ("bad.ply", ball.ply("binary_little_endian")),
         3 => ("bad.ply", ball.ply("binary_big_endian")),
         4 => ("bad.stl", ball.stl(true)),
-        _ => ("bad.stl", ball.stl(false)),
+        5 => ("bad.stl", ball.stl(false)),
+        _ => {
+            let (name, format) = OTHERS[random.below(OTHERS.len())];
+            (name, ball.file(format))
+        }
     };
     let args = choose(random, &COMMANDS).iter().map(|a| if *a == "SCAN" { name } else { a });
     let args: Vec<&str> = args.collect();
-    let content = if distorted { content } else { damaged(&content, random) };
+    let mut content = if distorted { content } else { damaged(&content, random) };
+    if name == "bad.e57" {
+        seal(&mut content);
+    }
+    if random.below(10) == 0 {
+        content = packed(&content);
+        if random.below(2) == 0 {
+            content = damaged(&content, random);
+        }
+    }
     Case::of(&args).with(name, content)
 }

@@ -1,8 +1,8 @@
 //! What is likely to be wrong where next to nothing of a surface was measured.
 
 use super::{Deviations, Statistics};
-use crate::mesh::{Bounds, TriangleMesh};
-use crate::scan::Unit;
+use crate::mesh::Bounds;
+use crate::scan::{Scan, Unit};
 use glam::DVec3;
 
 /// Less than this share of the surface's area is next to nothing.
@@ -28,16 +28,18 @@ pub(super) enum Misfit {
 }
 
 /// None if enough was measured.
-pub(super) fn likely(overall: &Statistics, deviations: &Deviations, scan: &TriangleMesh) -> Option<Misfit> {
+pub(super) fn likely(overall: &Statistics, deviations: &Deviations, scan: &Scan, is_mesh: bool) -> Option<Misfit> {
     if overall.coverage >= LITTLE {
         return None;
     }
     let model: Bounds = deviations.texels.position.iter().copied().map(DVec3::from_array).collect();
-    let scan = scan.bounds();
+    let read_in = &scan.source.unit;
+    let scan = scan.mesh.bounds();
     let ratio = scan.diagonal() / model.diagonal();
     let is_alien = !(1.0 / UNLIKE..UNLIKE).contains(&ratio);
     let why = if is_alien {
-        format!("the scan is {:.3} mm across, the model {:.3} mm{}", scan.diagonal(), model.diagonal(), unit(ratio))
+        let meant = other_unit(ratio, read_in, is_mesh);
+        format!("the scan is {:.3} mm across, the model {:.3} mm{meant}", scan.diagonal(), model.diagonal())
     } else {
         let [x, y, z] = (scan.centre() - model.centre()).to_array();
         let beside = scan.centre().distance(model.centre());
@@ -61,17 +63,17 @@ pub(super) fn likely(overall: &Statistics, deviations: &Deviations, scan: &Trian
     })
 }
 
-/// The unit that a proportion of the sizes of scan and model suggests.
-fn unit(ratio: f64) -> String {
+/// The unit that a proportion of the sizes of scan and model suggests, where the scan was read in `unit`.
+fn other_unit(ratio: f64, unit: &str, is_mesh: bool) -> String {
     let alike = |factor: f64| (1.0 / ALIKE..ALIKE).contains(&(ratio * factor));
-    let larger = Unit::ALL.into_iter().find(|unit| unit.millimetres() != 1.0 && alike(unit.millimetres()));
+    let own = unit.parse().unwrap_or(Unit::default()).millimetres();
+    let of_scan = Unit::ALL.into_iter().find(|unit| unit.millimetres() != own && alike(unit.millimetres() / own));
     // Models have units of their own, and reference meshes have an option.
-    let smaller = Unit::ALL.into_iter().find(|unit| unit.millimetres() > 1.0 && alike(1.0 / unit.millimetres()));
-    match (larger, smaller) {
+    let of_mesh = Unit::ALL.into_iter().filter(|_| is_mesh);
+    let of_mesh = of_mesh.into_iter().find(|unit| unit.millimetres() > 1.0 && alike(1.0 / unit.millimetres()));
+    match (of_scan, of_mesh) {
         (Some(unit), _) => format!(": its file may be in {unit} (`--unit {unit}`)"),
-        (None, Some(unit)) => {
-            format!(": the model's file may be in {unit} (`--reference-unit {unit}`, if it is a mesh)")
-        }
+        (None, Some(unit)) => format!(": the mesh's file may be in {unit} (`--reference-unit {unit}`)"),
         (None, None) => ": one of the units may be wrong (`--unit`), or it is another object".to_owned(),
     }
 }
@@ -92,7 +94,11 @@ mod tests {
             (25.4, "--reference-unit in`"),
             (70.0, "one of the units"),
         ] {
-            assert!(unit(ratio).contains(expected), "{ratio}: {}", unit(ratio));
+            let said = other_unit(ratio, "mm", true);
+            assert!(said.contains(expected), "{ratio}: {said}");
         }
+        // What --unit said was wrong, and a script has no unit to be wrong.
+        assert!(other_unit(25.4, "in", false).contains("--unit mm`"));
+        assert!(other_unit(25.4, "mm", false).contains("one of the units"));
     }
 }

@@ -140,7 +140,7 @@ pub fn measure(
 
     let started = Instant::now();
     let mut report = VarianceReport::new(&deviations, &scan.source, &device, &tolerances);
-    let misfit = nothing::likely(&report.overall, &deviations, &scan.mesh);
+    let misfit = nothing::likely(&report.overall, &deviations, scan, parametrised.is_none());
     if let Some(Misfit::Nothing(likely)) = misfit {
         return Err(MeasureError::Nothing { path: scan.source.path.clone(), likely });
     }
