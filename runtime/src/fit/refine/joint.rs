@@ -1,7 +1,7 @@
 //! The refinement of one shape and of its poses in several scans, all at once: from a coarse scale of the loss to the
 //! final one, as `schedule` does it for one scan.
 
-use super::schedule::{Guess, POLISH, Solution, final_loss, foot_tolerance, suggested_loss};
+use super::schedule::{Guess, Solution, final_loss, foot_tolerance, suggested_loss};
 use crate::fit::correspond::cache::FootCache;
 use crate::fit::optimise::gauss_newton::{self, Stop, Target};
 use crate::fit::optimise::joint::{JointEstimate, JointObjective};
@@ -65,6 +65,14 @@ impl<'a> Joint<'a> {
     pub(crate) fn like(mut self, other: &Self) -> Self {
         self.members.iter_mut().zip(&other.members).for_each(|(member, other)| member.loss = other.loss);
         Self { iterations: other.iterations, ..self.sided() }
+    }
+
+    /// The same shape in some of the scans only, where it may become another one.
+    pub(crate) fn of_scans(&self, scans: &[usize]) -> Self {
+        let members = scans.iter().map(|scan| self.members[*scan].clone()).collect();
+        let motions = scans.iter().map(|scan| self.estimate.motions[*scan]).collect();
+        let estimate = JointEstimate { z: self.estimate.z.clone(), motions };
+        Self { members, estimate, iterations: 0, converged: false }
     }
 
     /// Coordinates of the shape.
@@ -141,11 +149,21 @@ impl<'a> Joint<'a> {
         for member in &mut self.members {
             member.loss = given.unwrap_or(Loss::welsch(ANNEALING_START * member.level.problem.radius));
         }
-        self = self.sided();
+        self.sided().follow(&points, given)
+    }
+
+    /// Follows the scales of the losses from the present ones down to those that the residuals suggest, unless one is
+    /// `given`.
+    pub(crate) fn refine(self, given: Option<Loss>) -> Self {
+        let points = self.samples(ANNEALING_POINTS);
+        self.follow(&points, given)
+    }
+
+    fn follow(mut self, points: &[Points], given: Option<Loss>) -> Self {
         for _ in 0..ANNEALING_LEVELS {
             let losses = self.losses();
-            let step = self.objective(&points, &losses).scale() * ANNEALING_STEP;
-            self = self.minimised(&points, &losses, Stop { iterations: ANNEALING_ITERATIONS, step });
+            let step = self.objective(points, &losses).scale() * ANNEALING_STEP;
+            self = self.minimised(points, &losses, Stop { iterations: ANNEALING_ITERATIONS, step });
             let next: Vec<Loss> = (0..self.members.len())
                 .map(|scan| {
                     given.unwrap_or_else(|| suggested_loss(&self.members[scan].level, &points[scan], &self.guess(scan)))
@@ -163,8 +181,9 @@ impl<'a> Joint<'a> {
         self.sided()
     }
 
-    /// Gauss-Newton over all points at the final scales, down to steps of `step` scales.
-    pub(crate) fn polish(self, step: f64) -> Self {
+    /// Gauss-Newton over all points at the final scales, down to steps of `step` scales, traced as those of `stage`, if
+    /// there is one.
+    pub(crate) fn polish(self, step: f64, stage: Option<&'static str>) -> Self {
         let points: Vec<&Points> = self.members.iter().map(|member| &member.level.problem.points).collect();
         let caches: Vec<Arc<FootCache>> =
             self.members.iter().zip(&points).map(|(member, points)| foot_cache(points, member.loss.sigma)).collect();
@@ -173,7 +192,7 @@ impl<'a> Joint<'a> {
             tolerance: foot_tolerance(member.loss, member.level.problem.radius),
             cache: Some(cache),
             curved: true,
-            stage: Some(POLISH),
+            stage,
             ..member.level.objective(points, member.loss)
         });
         let objective = JointObjective { of: of.collect(), shares: self.shares() };

@@ -1,6 +1,7 @@
 //! One object in several scans: one shape, and a pose in each, all solved together. The model registers the scans,
 //! which need not overlap (docs/decisions/0062-several-scans.md).
 
+mod apart;
 mod merge;
 mod place;
 mod report;
@@ -17,7 +18,7 @@ use super::problem::level::Level;
 use super::problem::loss::Loss;
 use super::problem::parameterization::Estimate;
 use super::refine::joint::Joint;
-use super::refine::schedule::Solution;
+use super::refine::schedule::{POLISH, Solution};
 use super::refine::solve::solve;
 use super::register::warn_of_unit;
 use super::result::FitResult;
@@ -62,7 +63,7 @@ pub fn fit_several(
     warn(&problems, &monitor);
     let whole = Whole { model, scans, options, monitor: &monitor, problems: problems.iter().collect() };
     let joint = whole.solve()?;
-    let mut several = monitor.stage("uncertainty", || whole.concluded(joint))?;
+    let mut several = whole.concluded(joint)?;
     several.fit.measures = several.fit.measured(model, &measures::nominal(model, options));
     several.fit.seconds = monitor.records().seconds;
     Ok(several)
@@ -135,7 +136,7 @@ impl<'a> Whole<'a> {
         let monitor = self.monitor;
         let annealed = monitor.stage("all scans", || joint.anneal(self.given()));
         let better = self.better(&base, annealed)?;
-        Ok(monitor.stage("all scans", || better.polish(1.0)))
+        Ok(monitor.stage("all scans", || better.polish(1.0, Some(POLISH))))
     }
 
     /// The poses of an earlier fit of the same scans, if they explain them still.
@@ -234,8 +235,16 @@ impl<'a> Whole<'a> {
         Ok(Joint::new(&self.problems, base, best.estimate.clone())?.like(&best))
     }
 
-    /// Standard deviations, and the result.
-    fn concluded(&self, mut joint: Joint<'a>) -> Result<SeveralFit, FitError> {
+    /// Standard deviations, whether the scans agree, and the result.
+    fn concluded(&self, joint: Joint<'a>) -> Result<SeveralFit, FitError> {
+        let monitor = self.monitor;
+        let (joint, of, uncertainty) = monitor.stage("uncertainty", || self.assessed(joint))?;
+        let agreements = monitor.stage("agreement", || apart::agreements(self, &joint));
+        monitor.stage("uncertainty", || report::result(self, &joint, &of, uncertainty, agreements))
+    }
+
+    /// The optimum with its uncertainty, which is None where the user does not wait.
+    fn assessed(&self, mut joint: Joint<'a>) -> Result<Assessed<'a>, FitError> {
         let absent = || FitError::Evaluation(crate::model::EvaluationError::new("the model does not exist at the end"));
         let mut of = joint.solutions().ok_or_else(absent)?;
         let mut uncertainty: Option<JointUncertainty> = None;
@@ -246,14 +255,17 @@ impl<'a> Whole<'a> {
                 if uncertainty.as_ref().is_none_or(JointUncertainty::is_settled) || self.monitor.cancelled() {
                     break;
                 }
-                joint = joint.polish(step);
+                joint = joint.polish(step, Some(POLISH));
                 of = joint.solutions().ok_or_else(absent)?;
                 uncertainty = assess(&joint, &of);
             }
         }
-        report::result(self, &joint, &of, uncertainty)
+        Ok((joint, of, uncertainty))
     }
 }
+
+/// A fit of all scans, its solutions by scan, and its uncertainty.
+type Assessed<'a> = (Joint<'a>, Vec<Solution<'a>>, Option<JointUncertainty>);
 
 /// Whether nearly all points of every scan lie near the model.
 fn is_convincing(joint: &Joint) -> bool {

@@ -94,7 +94,7 @@ fn two_sides_of_a_cup_that_do_not_overlap_make_one() {
     for (scan, motion) in fit.scans.iter().zip([first, second]) {
         let off = off(&model, &fit, scan, &x, motion);
         assert!(off < 0.15 && scan.inliers > 0.98 && scan.pose_covariance.is_some(), "{off}: {scan:?}");
-        assert!(scan.agreement.is_some_and(|p| p > 1e-3), "{:?}", scan.agreement);
+        assert!(scan.agreement.as_ref().is_some_and(|test| test.agrees && test.p > 1e-3), "{:?}", scan.agreement);
     }
     assert!(fit.converged && fit.pose == Some(fit.scans[0].pose), "{:?}", fit.warnings);
     assert_eq!(scan.mesh.positions.len(), scans[0].mesh.positions.len() + scans[1].mesh.positions.len());

@@ -48,9 +48,6 @@ pub(crate) const PLACES_TRIED: usize = 4;
 pub(crate) const PLACED_AS_WELL: f64 = 1.05;
 /// Scans from which the registration of all is begun in turn, while some scan is not explained.
 pub(crate) const LEADERS: usize = 3;
-/// The probability of a difference as large or larger between what a scan says of the shape and what the others say,
-/// below which it is said: one false alarm in a thousand scans.
-pub(crate) const OTHER_OBJECT: f64 = 1e-3;
 
 // ----------------------------------------------------------------------------------------------------- Pose parameters
 
