@@ -9,8 +9,8 @@ use crate::values::{self, Range};
 use crate::{dimensions, info, interrupt, outputs, record, script, search, several, table};
 use gml_compiler::program::{Program, Quantity};
 use gml_runtime::fit::{
-    self, Agreement, Bootstrap, FitError, FitOptions, FitResult, FittedScan, HypothesisTest, InputValues, PoseCovariance,
-    SearchError, WithoutSd,
+    self, Agreement, Bootstrap, FitError, FitOptions, FitResult, FittedScan, HypothesisTest, InputValues,
+    PoseCovariance, SearchError, WithoutSd,
 };
 use gml_runtime::scan::{self, Scan, ScanError, ScanFault};
 use std::path::Path;

@@ -44,8 +44,8 @@ pub use problem::loss::LossKind;
 pub use problem::weights::Weights;
 pub use result::{
     Agreement, Bootstrap, ContradictedPart, Covariance, Covered, FitResult, FittedInput, FittedParameter, FittedScan,
-    HypothesisTest, PassedPart, PoseCovariance, Resampled, Search, SearchCandidate, ShapeDifference, Symmetry, UnexplainedPiece,
-    WithoutSd,
+    HypothesisTest, PassedPart, PoseCovariance, Resampled, Search, SearchCandidate, ShapeDifference, Symmetry,
+    UnexplainedPiece, WithoutSd,
 };
 pub use search::{Evidence, InputValues, SearchError, Selected, search};
 pub use several::{SeveralFit, fit_several, in_first_frame};

@@ -54,13 +54,7 @@ impl Shape {
 /// Compares the shape of one scan with that of the others, over those of the parameters `free` (indices) that both
 /// determine; `names` has those of all. The scans agree if the probability is not below `least`. None where there is
 /// nothing to compare.
-pub(crate) fn compare(
-    own: &Shape,
-    others: &Shape,
-    free: &[usize],
-    names: &[String],
-    least: f64,
-) -> Option<Agreement> {
+pub(crate) fn compare(own: &Shape, others: &Shape, free: &[usize], names: &[String], least: f64) -> Option<Agreement> {
     let both: Vec<usize> = free.iter().copied().filter(|i| own.determines(*i) && others.determines(*i)).collect();
     let covariance = DMatrix::from_fn(both.len(), both.len(), |a, b| {
         own.covariance(both[a], both[b]) + others.covariance(both[a], both[b])

@@ -120,10 +120,19 @@ impl<'a> Joint<'a> {
 
     /// By scan, the share of points near the model at the scale at which a registration ends.
     pub(crate) fn near(&self) -> Vec<f64> {
+        self.within(|member| Loss::welsch(FINE * member.level.problem.radius))
+    }
+
+    /// By scan, the share of points near the model at the scale of its loss.
+    pub(crate) fn inliers(&self) -> Vec<f64> {
+        self.within(|member| member.loss)
+    }
+
+    fn within(&self, loss: impl Fn(&Member) -> Loss) -> Vec<f64> {
         let points = self.samples(COMPARED);
         let near = |(scan, points): (usize, &Points)| {
             let level = &self.members[scan].level;
-            let objective = level.objective(points, Loss::welsch(FINE * level.problem.radius));
+            let objective = level.objective(points, loss(&self.members[scan]));
             let evaluation = objective.evaluate(&self.estimate.of(scan), Order::Value);
             evaluation.map_or(0.0, |evaluation| evaluation.inliers() / points.weight())
         };

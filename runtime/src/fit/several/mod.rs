@@ -129,12 +129,11 @@ impl<'a> Whole<'a> {
     fn solve(&self) -> Result<Joint<'a>, FitError> {
         let base = self.problems[0].start_level()?;
         self.problems.iter().for_each(|problem| warn_of_unit(problem, base.space.radius));
-        let joint = match self.earlier(&base)? {
-            Some(joint) => joint,
+        let monitor = self.monitor;
+        let annealed = match self.earlier(&base)? {
+            Some(joint) => monitor.stage("all scans", || joint.anneal(self.given())),
             None => self.registered(&base)?,
         };
-        let monitor = self.monitor;
-        let annealed = monitor.stage("all scans", || joint.anneal(self.given()));
         let better = self.better(&base, annealed)?;
         Ok(monitor.stage("all scans", || better.polish(1.0, Some(POLISH))))
     }
@@ -151,13 +150,13 @@ impl<'a> Whole<'a> {
         Ok(is_convincing(&joint).then_some(joint))
     }
 
-    /// All scans registered: one is fitted alone, and the others are placed on its shape one after another. If that
-    /// does not explain all of them, another one begins.
+    /// All scans registered, at the final scales: one is fitted alone, and the others are placed on its shape one after
+    /// another. If that does not explain all of them, another one begins.
     fn registered(&self, base: &Level<'a>) -> Result<Joint<'a>, FitError> {
         let mut order: Vec<usize> = (0..self.problems.len()).collect();
         // The largest one shows most of the object.
         order.sort_by(|a, b| self.problems[*b].radius.total_cmp(&self.problems[*a].radius));
-        let mut best: Option<(f64, Joint<'a>)> = None;
+        let mut best: Option<Joint<'a>> = None;
         for leader in order.iter().take(LEADERS) {
             if best.is_some() && self.monitor.cancelled() {
                 break;
@@ -165,16 +164,19 @@ impl<'a> Whole<'a> {
             let first = self.monitor.stage("first scan", || self.alone(*leader))?;
             let others: Vec<usize> = order.iter().copied().filter(|scan| scan != leader).collect();
             let joint = self.monitor.stage("placing", || self.placed(base, *leader, first, &others))?;
-            if is_convincing(&joint) {
+            let near = is_convincing(&joint);
+            let joint = self.monitor.stage("all scans", || joint.anneal(self.given()));
+            // A part that is wrong by less than the scale of a registration is far off at the final one.
+            if near && joint.inliers().iter().all(|share| *share > CONVINCING) {
                 return Ok(joint);
             }
-            let value = joint.value(&joint.scales());
-            if best.as_ref().is_none_or(|(least, _)| value < *least) {
-                best = Some((value, joint));
-            }
+            best = Some(match best {
+                Some(best) => better_of(best, joint),
+                None => joint,
+            });
         }
         // There are two scans or more.
-        best.map(|(_, joint)| joint).ok_or(FitError::EmptyScan { points: 0 })
+        best.ok_or(FitError::EmptyScan { scan: String::new(), points: 0 })
     }
 
     /// A fit of one of the scans alone.
@@ -228,10 +230,7 @@ impl<'a> Whole<'a> {
         let motions = carried(&joint.estimate.motions, motion);
         let other = Joint::new(&self.problems, base, JointEstimate { z: other.z, motions })?;
         let other = self.monitor.stage("all scans", || other.anneal(self.given()));
-        let finest = |(a, b): (&f64, &f64)| a.min(*b);
-        let scales: Vec<f64> = joint.scales().iter().zip(&other.scales()).map(finest).collect();
-        let (here, there) = (joint.value(&scales), other.value(&scales));
-        let best = if there < here { other } else { joint };
+        let best = better_of(joint, other);
         Ok(Joint::new(&self.problems, base, best.estimate.clone())?.like(&best))
     }
 
@@ -266,6 +265,13 @@ impl<'a> Whole<'a> {
 
 /// A fit of all scans, its solutions by scan, and its uncertainty.
 type Assessed<'a> = (Joint<'a>, Vec<Solution<'a>>, Option<JointUncertainty>);
+
+/// The one of two that explains all scans better, both by the finer of their scales; of equals the first.
+fn better_of<'a>(one: Joint<'a>, other: Joint<'a>) -> Joint<'a> {
+    let finest = |(a, b): (&f64, &f64)| a.min(*b);
+    let scales: Vec<f64> = one.scales().iter().zip(&other.scales()).map(finest).collect();
+    if other.value(&scales) < one.value(&scales) { other } else { one }
+}
 
 /// Whether nearly all points of every scan lie near the model.
 fn is_convincing(joint: &Joint) -> bool {

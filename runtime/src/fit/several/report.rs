@@ -58,7 +58,9 @@ pub(super) fn result(
     for ((n, one), agreement) in of.iter().enumerate().zip(agreements) {
         let at = Solution { estimate: Estimate { motion: motions[n], ..solution.estimate.clone() }, ..one.clone() };
         let (name, uncertainty) = (name(whole, n), open.map(|all| &all.of_scans[n]));
-        warn_of_scan(whole, &name, near[n], &at, uncertainty, agreement.as_ref());
+        // Of two that do not agree with each other one sentence says it.
+        let is_said = scans.len() > 2 || n > 0;
+        warn_of_scan(whole, &name, near[n], &at, uncertainty, agreement.as_ref().filter(|a| is_said && !a.agrees));
         fitted.push(FittedScan {
             source: scans[n].source.clone(),
             pose: motions[n].into(),
@@ -148,7 +150,7 @@ fn warn_of_scan(
     near: f64,
     at: &Solution,
     uncertainty: Option<&Uncertainty>,
-    agreement: Option<&Agreement>,
+    disagrees: Option<&Agreement>,
 ) {
     let monitor = whole.monitor;
     let share = inliers(at);
@@ -161,7 +163,7 @@ fn warn_of_scan(
             100.0 * near,
             1.0 / FINE,
         ));
-    } else if let Some(agreement) = agreement.filter(|agreement| !agreement.agrees) {
+    } else if let Some(agreement) = disagrees {
         monitor.warn(disagreement(whole, name, agreement));
     }
     for sentence in uncertainty.map(|uncertainty| pose::undetermined(at, uncertainty)).unwrap_or_default() {
@@ -174,7 +176,8 @@ fn disagreement(whole: &Whole, name: &str, agreement: &Agreement) -> String {
     let parameters = whole.model.parameters();
     let told = |difference: &ShapeDifference| {
         let quantity = parameters.iter().find(|p| p.name == difference.name).map_or(Quantity::Real, |p| p.quantity);
-        let shown = |value: f64, sd: f64| format!("{} +- {}", shown_to(value, sd, quantity), shown_to(sd, sd, quantity));
+        let shown =
+            |value: f64, sd: f64| format!("{} +- {}", shown_to(value, sd, quantity), shown_to(sd, sd, quantity));
         let (here, there) = (shown(difference.value, difference.sd), shown(difference.others, difference.others_sd));
         format!("`{}` is {here} by this scan alone, and {there} by the others", difference.name)
     };
