@@ -9,8 +9,8 @@ use crate::values::{self, Range};
 use crate::{dimensions, info, interrupt, outputs, record, script, search, several, table};
 use gml_compiler::program::{Program, Quantity};
 use gml_runtime::fit::{
-    self, Bootstrap, FitError, FitOptions, FitResult, FittedScan, HypothesisTest, InputValues, PoseCovariance,
-    SearchError, WithoutSd,
+    self, Agreement, Bootstrap, FitError, FitOptions, FitResult, FittedScan, HypothesisTest, InputValues,
+    PoseCovariance, SearchError, WithoutSd,
 };
 use gml_runtime::scan::{self, Scan, ScanError, ScanFault};
 use std::path::Path;
@@ -272,6 +272,10 @@ fn scans_table(scans: &[FittedScan]) -> String {
     if scans.is_empty() {
         return String::new();
     }
+    let agreement = |agreement: &Agreement| match agreement.agrees {
+        true => format!("{:.2}", agreement.p),
+        false => format!("{:.0e}", agreement.p),
+    };
     let row = |scan: &FittedScan| {
         let deviations = scan.pose_covariance.as_ref().map(PoseCovariance::deviations);
         let largest = |sd: [f64; 3]| table::number(sd.into_iter().fold(0.0, f64::max));
@@ -283,7 +287,7 @@ fn scans_table(scans: &[FittedScan]) -> String {
             table::number(scan.noise),
             deviations.map(|(shift, _)| largest(shift)).unwrap_or_default(),
             deviations.map(|(_, turn)| largest(turn.map(f64::to_degrees))).unwrap_or_default(),
-            scan.agreement.map(|p| format!("{p:.2}")).unwrap_or_default(),
+            scan.agreement.as_ref().map(agreement).unwrap_or_default(),
         ]
     };
     let head = ["scan", "points", "inliers %", "rms mm", "noise mm", "pose sd mm", "sd deg", "agreement p"];

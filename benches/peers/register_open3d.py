@@ -1,6 +1,7 @@
 """Two scans of one object that hardly overlap, registered by the model and by pairs of points.
 
-    python register_open3d.py GMLC MODEL.gml [--front X,Y,Z] [--overlap DEGREES] [--noise MM] [--seed N] [--work DIR]
+    python register_open3d.py GMLC MODEL.gml [--front X,Y,Z] [--overlap DEGREES] [--noise MM] [--seed N] [--symmetry N]
+                              [--work DIR]
 
 makes two virtual scans of the whole object, each in a random pose (`gmlc scan`), keeps of the one what faces --front
 in the model's frame (0,0,1 unless given) and of the other what faces the opposite direction, and registers the two in
@@ -8,7 +9,8 @@ one run: by `gmlc fit MODEL A B`, and by Open3D: features (FPFH) and RANSAC, the
 the truth, turned by five degrees, which is more help than a real pair of scans gets. With --overlap the halves reach so
 many degrees beyond the silhouette. It prints for each the error of the pose of B in the frame of A: the angle, and how
 far the model's points are off on the average. A registration counts as failed beyond 2 degrees or 2 % of the object's
-size. Needs numpy and open3d.
+size. Where turns by 1/N about the model's z axis do not change it (--symmetry N), the nearest of its poses counts. Needs
+numpy and open3d.
 """
 
 import argparse
@@ -77,8 +79,13 @@ def by_pairs(a, b, size, initial):
     return refined.transformation, refined.fitness
 
 
-def error(found, truth, points):
-    """The angle (degrees) and the mean distance (mm) between two poses of B in A's frame, at points of B."""
+def error(found, truths, points):
+    """The angle (degrees) and the mean distance (mm) between a pose of B in A's frame and the nearest of the true ones,
+    at points of B."""
+    return min((error_of_one(found, truth, points) for truth in truths), key=lambda error: error[1])
+
+
+def error_of_one(found, truth, points):
     off = np.linalg.inv(truth) @ found
     angle = np.degrees(np.arccos(np.clip((np.trace(off[:3, :3]) - 1) / 2, -1, 1)))
     moved = points @ (off[:3, :3].T - np.eye(3)) + off[:3, 3]
@@ -92,6 +99,7 @@ def main():
     parser.add_argument("--front", default="0,0,1")
     parser.add_argument("--overlap", type=float, default=0.0)
     parser.add_argument("--noise", type=float, default=0.1)
+    parser.add_argument("--symmetry", type=int, default=1)
     parser.add_argument("--spacing")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--work", type=pathlib.Path)
@@ -103,6 +111,11 @@ def main():
     path_a, pose_a, a = view(args, work, "a", args.seed, front)
     path_b, pose_b, b = view(args, work, "b", args.seed + 1, -front)
     truth = pose_a @ np.linalg.inv(pose_b)
+    turn = np.eye(4)
+    truths = []
+    for k in range(args.symmetry):
+        turn[:3, :3] = o3d.geometry.get_rotation_matrix_from_axis_angle([0.0, 0.0, 2 * np.pi * k / args.symmetry])
+        truths.append(pose_a @ turn @ np.linalg.inv(pose_b))
     points = np.asarray(b.vertices)
     size = np.linalg.norm(a.get_oriented_bounding_box().extent)
     print(f"{args.model}: {len(a.vertices)} and {len(points)} points, {size:.0f} mm, overlap {args.overlap:g} degrees")
@@ -113,7 +126,7 @@ def main():
     seconds = time.perf_counter() - begin
     if fit.exists():
         pose = [matrix(scan["pose"]) for scan in json.loads(fit.read_text())["scans"]]
-        rows.append(("gmlc, by the model", *error(pose[0] @ np.linalg.inv(pose[1]), truth, points), seconds))
+        rows.append(("gmlc, by the model", *error(pose[0] @ np.linalg.inv(pose[1]), truths, points), seconds))
     turned = np.eye(4)
     turned[:3, :3] = o3d.geometry.get_rotation_matrix_from_axis_angle(np.radians(5) * np.array([0.6, 0.0, 0.8]))
     middle = points.mean(axis=0)
@@ -122,7 +135,7 @@ def main():
         begin = time.perf_counter()
         found, fitness = by_pairs(a, b, size, initial)
         seconds = time.perf_counter() - begin
-        rows.append((f"{name} (fitness {fitness:.2f})", *error(found, truth, points), seconds))
+        rows.append((f"{name} (fitness {fitness:.2f})", *error(found, truths, points), seconds))
     for name, angle, off, seconds in rows:
         verdict = "failed" if angle > 2 or off > 0.02 * size else "registered"
         print(f"  {name:52} {angle:8.3f} deg {off:9.3f} mm {seconds:7.1f} s  {verdict}")

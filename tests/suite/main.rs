@@ -31,6 +31,7 @@ mod repl;
 mod robust;
 mod saved;
 mod search;
+mod several;
 #[cfg(unix)]
 mod signals;
 mod support;

@@ -43,9 +43,9 @@ pub use options::{Converged, EarlierFit, FitError, FitOptions};
 pub use problem::loss::LossKind;
 pub use problem::weights::Weights;
 pub use result::{
-    Bootstrap, ContradictedPart, Covariance, Covered, FitResult, FittedInput, FittedParameter, FittedScan,
-    HypothesisTest, PassedPart, PoseCovariance, Resampled, Search, SearchCandidate, Symmetry, UnexplainedPiece,
-    WithoutSd,
+    Agreement, Bootstrap, ContradictedPart, Covariance, Covered, FitResult, FittedInput, FittedParameter, FittedScan,
+    HypothesisTest, PassedPart, PoseCovariance, Resampled, Search, SearchCandidate, ShapeDifference, Symmetry,
+    UnexplainedPiece, WithoutSd,
 };
 pub use search::{Evidence, InputValues, SearchError, Selected, search};
 pub use several::{SeveralFit, fit_several, in_first_frame};

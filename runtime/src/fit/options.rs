@@ -124,8 +124,14 @@ pub enum FitError {
     #[error("sigma must be a positive number of millimetres, not {0}")]
     Sigma(f64),
     /// The scan has too few points to determine anything, or they coincide.
-    #[error("the scan has {points} distinct point{}, too few to fit a model", if *points == 1 { "" } else { "s" })]
+    #[error(
+        "{}the scan has {points} distinct point{}, too few to fit a model: it may be the wrong file, or cut too small",
+        if scan.is_empty() { String::new() } else { format!("{scan}: ") },
+        if *points == 1 { "" } else { "s" }
+    )]
     EmptyScan {
+        /// The scan's file; empty where it has none.
+        scan: String,
         /// The scan's number of points.
         points: usize,
     },

@@ -49,6 +49,7 @@ pub(crate) fn several() -> Vec<Stage> {
         stage("placing", "placing the other scans", 0.3),
         stage("all scans", "fitting all scans", 0.25),
         stage("uncertainty", "standard deviations", 0.04),
+        stage("agreement", "comparing the scans", 0.1),
     ]
 }
 

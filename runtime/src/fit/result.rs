@@ -139,10 +139,43 @@ pub struct FittedScan {
     pub sigma: f64,
     /// Its noise (standard deviation). Millimetres.
     pub noise: f64,
-    /// The probability of such a difference, or a larger one, between the shape that this scan suggests and that of
-    /// the others, if all show one object. Absent where there is nothing to compare.
+    /// Whether it agrees with the other scans on the shape. Absent where there is nothing to compare.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub agreement: Option<f64>,
+    pub agreement: Option<Agreement>,
+}
+
+/// A test of whether the shape of one scan, fitted to it alone, is that of the other scans, fitted without it: Wald's,
+/// over all parameters that both determine.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Agreement {
+    /// The squared difference by its covariance.
+    pub statistic: f64,
+    /// Degrees of freedom.
+    pub degrees: usize,
+    /// The probability of such a statistic, or a larger one, if all scans show one shape.
+    pub p: f64,
+    /// Whether so small a probability is said to be no chance.
+    pub agrees: bool,
+    /// The parameters that differ by more than three standard deviations of the difference, the clearest first.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub differences: Vec<ShapeDifference>,
+}
+
+/// A parameter's value in one scan and in the others, with standard deviations, in the parameter's unit.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ShapeDifference {
+    /// The parameter.
+    pub name: String,
+    /// Its value by this scan alone.
+    pub value: f64,
+    /// Its standard deviation there.
+    pub sd: f64,
+    /// Its value by the other scans.
+    pub others: f64,
+    /// Its standard deviation there.
+    pub others_sd: f64,
 }
 
 /// Another shape of some parts that explains the scan as well: the two differ where nothing was scanned.

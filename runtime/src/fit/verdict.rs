@@ -1,7 +1,7 @@
 //! Whether a fit can be relied on.
 
-use super::problem::loss::Loss;
-use super::result::FitResult;
+use super::problem::loss::{Loss, LossKind};
+use super::result::{FitResult, FittedScan};
 use super::tuning::EXPLAINED;
 
 impl FitResult {
@@ -13,7 +13,8 @@ impl FitResult {
     }
 
     /// A sentence that says why the fit cannot be relied on; none if it converged, at least half of the scan's points
-    /// are inliers, and these are enough and not flat.
+    /// are inliers, and these are enough and not flat. Of several scans this holds for each, and they agree on the
+    /// shape: otherwise it is that of none of them.
     #[must_use]
     pub fn shortcoming(&self) -> Option<String> {
         if self.degenerate {
@@ -26,13 +27,55 @@ impl FitResult {
                 "only {share:.0} % of the scan's points, fewer than half, lie within {within:.3} mm of the model"
             ));
         }
-        (!self.converged).then(|| "the last stage did not converge".to_owned())
+        if !self.converged {
+            return Some("the last stage did not converge".to_owned());
+        }
+        self.scans.iter().enumerate().find_map(|(n, scan)| {
+            let path = &scan.source.path;
+            let name = if path.is_empty() { format!("scan {}", n + 1) } else { path.clone() };
+            scan.shortcoming(self.loss, &name)
+        })
+    }
+}
+
+impl FittedScan {
+    /// Why one shape of all scans cannot be relied on, by this one, which the sentence calls by its `name`.
+    fn shortcoming(&self, loss: LossKind, name: &str) -> Option<String> {
+        if !(self.inliers >= EXPLAINED) {
+            let (share, within) = (100.0 * self.inliers, Loss { kind: loss, sigma: self.sigma }.half());
+            return Some(format!("only {share:.0} % of the points of {name} lie within {within:.3} mm of the model"));
+        }
+        let agrees = self.agreement.as_ref().is_none_or(|agreement| agreement.agrees);
+        (!agrees).then(|| format!("{name} does not agree with the other scans on the shape"))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::fit::result::Agreement;
+    use crate::model::Motion;
+    use crate::scan::ScanSource;
+
+    #[test]
+    fn several_scans_have_to_agree() {
+        let scan = |path: &str, inliers, agrees| FittedScan {
+            source: ScanSource { path: path.into(), ..ScanSource::default() },
+            inliers,
+            sigma: 1.0,
+            agreement: Some(Agreement { statistic: 9.0, degrees: 3, p: 0.03, agrees, differences: Vec::new() }),
+            pose: Motion::IDENTITY,
+            pose_covariance: None,
+            rms: 0.1,
+            noise: 0.1,
+        };
+        let said = |scans| FitResult { converged: true, inliers: 0.9, scans, ..FitResult::default() }.shortcoming();
+        assert_eq!(said(vec![scan("a", 0.9, true), scan("b", 0.9, true)]), None);
+        assert!(said(vec![scan("a", 0.9, true), scan("b", 0.4, true)]).is_some_and(|why| why.contains("points of b")));
+        assert!(
+            said(vec![scan("a", 0.9, true), scan("", 0.9, false)]).is_some_and(|why| why.contains("scan 2 does not"))
+        );
+    }
 
     #[test]
     fn a_fit_is_relied_on_if_it_converged_to_half_of_the_points() {

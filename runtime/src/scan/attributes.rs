@@ -1,4 +1,4 @@
-//! What a scan has beside its geometry: colours, intensities, and where the scanner stood.
+//! What a scan has beside its geometry: colours, intensities, where the scanner stood, and of which scan its points are.
 
 use crate::mesh::retain_marked;
 
@@ -11,6 +11,17 @@ pub struct Attributes {
     pub intensities: Vec<f32>,
     /// Where the scanner stood.
     pub stations: Stations,
+    /// Of which scan its points are, where several were put together.
+    pub parts: ScanParts,
+}
+
+/// The scans of which one was put together. Empty of a scan that is one file's.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ScanParts {
+    /// Their files, in the order in which they were given.
+    pub paths: Vec<String>,
+    /// By point, the index of its scan in `paths`.
+    pub of_points: Vec<u32>,
 }
 
 /// Where the scanner stood, and what it saw from there: the way from a station to a point of it is empty.
@@ -109,6 +120,7 @@ impl Attributes {
         retain_marked(&mut self.colours, marks);
         retain_marked(&mut self.intensities, marks);
         retain_marked(&mut self.stations.of_points, marks);
+        retain_marked(&mut self.parts.of_points, marks);
     }
 
     /// Those of some of the points.
@@ -144,6 +156,10 @@ impl Attributes {
             colours: firsts(&self.colours, places, count),
             intensities: firsts(&self.intensities, places, count),
             stations,
+            parts: ScanParts {
+                paths: self.parts.paths.clone(),
+                of_points: firsts(&self.parts.of_points, places, count),
+            },
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Several scans as one.
 
-use super::attributes::{Attributes, Station, Stations};
+use super::attributes::{Attributes, ScanParts, Station, Stations};
 use super::source::{Cleaning, ScanSource};
 use super::{Scan, noise};
 use crate::mesh::{Group, TriangleMesh};
@@ -101,6 +101,16 @@ fn attributes(scans: &[Scan], frames: &[Station]) -> Attributes {
         colours: joined(scans, |scan| &scan.attributes.colours),
         intensities: joined(scans, |scan| &scan.attributes.intensities),
         stations,
+        parts: parts(scans),
+    }
+}
+
+/// Of which scan each point is.
+fn parts(scans: &[Scan]) -> ScanParts {
+    let numbers = scans.iter().zip(0_u32..);
+    ScanParts {
+        paths: scans.iter().map(|scan| scan.source.path.clone()).collect(),
+        of_points: numbers.flat_map(|(scan, number)| std::iter::repeat_n(number, scan.mesh.positions.len())).collect(),
     }
 }
 
@@ -147,6 +157,8 @@ mod tests {
             merged.mesh.groups.iter().map(|group| (group.name.as_str(), group.start, group.end)).collect();
         assert_eq!(groups, [("a.ply", 0, 1), ("b.ply", 1, 2)]);
         assert_eq!(merged.attributes.stations.of_points, [0, 0, 0, 1, 1, 1]);
+        assert_eq!(merged.attributes.parts.of_points, [0, 0, 0, 1, 1, 1]);
+        assert_eq!(merged.attributes.parts.paths, ["a.ply", "b.ply"]);
         assert_eq!(merged.attributes.stations.places[1].place, [5.0, 3.0, 9.0]);
         assert_eq!(merged.attributes.stations.of(4).unwrap().direction([1.0, 0.0, 0.0]), [0.0, 1.0, 0.0]);
         // The root of the mean of 0.01 and 0.09.

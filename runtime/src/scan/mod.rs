@@ -39,7 +39,7 @@ mod tests;
 mod thinned;
 mod unit;
 
-pub use attributes::{Attributes, Station, Stations};
+pub use attributes::{Attributes, ScanParts, Station, Stations};
 pub(crate) use empty_space::EmptySpace;
 pub use error::{ScanError, ScanFault};
 pub use format::{Foreign, foreign};

@@ -11,7 +11,8 @@ use std::path::Path;
 
 /// Writes the scan's points to a file: x, y and z in millimetres; the signed `distance`, NaN where there is none; the
 /// number of the `part`, -1 where there is none; both again, and the number of the class, under names that other tools
-/// know. Comments have the names of the parts and of the classes.
+/// know; of several scans that were put together the number of the point's own. Comments have the names of the parts, of
+/// the classes and of the scans.
 ///
 /// # Errors
 /// See [`atomic::write_with`].
@@ -25,11 +26,19 @@ pub fn write_points(path: &Path, points: &MeasuredPoints, parts: &[String]) -> R
 /// Whatever `out` fails with.
 pub fn write_points_to(out: &mut dyn Write, points: &MeasuredPoints, parts: &[String]) -> io::Result<()> {
     begin(out, parts)?;
+    let scans = &points.parts;
+    for (number, path) in scans.paths.iter().enumerate() {
+        writeln!(out, "comment scan {number}: {}", on_one_line(path))?;
+    }
     writeln!(out, "element vertex {}", points.positions.len())?;
     writeln!(out, "property double x\nproperty double y\nproperty double z")?;
     writeln!(out, "property double distance\nproperty int part")?;
     writeln!(out, "property float scalar_distance\nproperty int scalar_part\nproperty uchar scalar_class")?;
-    writeln!(out, "property float quality\nend_header")?;
+    writeln!(out, "property float quality")?;
+    if !scans.of_points.is_empty() {
+        writeln!(out, "property int scalar_scan")?;
+    }
+    writeln!(out, "end_header")?;
     for (i, position) in points.positions.iter().enumerate() {
         let (distance, part) = of_point(points, i);
         for figure in position.iter().chain([&distance]) {
@@ -40,6 +49,9 @@ pub fn write_points_to(out: &mut dyn Write, points: &MeasuredPoints, parts: &[St
         out.write_all(&part.to_le_bytes())?;
         out.write_all(&[points.class(i).code()])?;
         out.write_all(&(distance as f32).to_le_bytes())?;
+        if let Some(scan) = scans.of_points.get(i) {
+            out.write_all(&scan.to_le_bytes())?;
+        }
     }
     Ok(())
 }
@@ -89,9 +101,12 @@ fn begin(out: &mut dyn Write, parts: &[String]) -> io::Result<()> {
     writeln!(out, "ply\nformat binary_little_endian 1.0\ncomment {}", Unit::Mm.comment())?;
     writeln!(out, "comment distance: {}\ncomment class: {}", distances(), classes())?;
     for (number, name) in parts.iter().enumerate() {
-        // Control characters would end the line.
-        let name: String = name.chars().map(|c| if c.is_control() { '_' } else { c }).collect();
-        writeln!(out, "comment part {number}: {name}")?;
+        writeln!(out, "comment part {number}: {}", on_one_line(name))?;
     }
     Ok(())
+}
+
+/// A name without control characters, which would end the line.
+fn on_one_line(name: &str) -> String {
+    name.chars().map(|c| if c.is_control() { '_' } else { c }).collect()
 }

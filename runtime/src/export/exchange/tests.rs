@@ -4,7 +4,7 @@ use super::*;
 use crate::export::scale::Scale;
 use crate::mesh::{Group, TriangleMesh};
 use crate::model::{Tessellation, Texels};
-use crate::scan::ScanSource;
+use crate::scan::{ScanParts, ScanSource};
 use crate::variance::{Deviations, PointDistance, VarianceReport};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -51,6 +51,7 @@ fn measurement() -> Measurement {
         positions: vec![[1.0, 2.0, 3.0], [4.0, 5.0, 6.0], [7.0, 8.0, 9.0]],
         distances: vec![measured(0.125, 1), None, None],
         facing_away: vec![false, true, false],
+        parts: ScanParts::default(),
     };
     let tessellation = Tessellation { mesh, ..Tessellation::default() };
     let (unmatched, filled, conformance) = (TriangleMesh::default(), None, None);
@@ -177,6 +178,26 @@ fn polydata_of_vtk() {
     let text = String::from_utf8(out).expect("text");
     assert_eq!(array(&text, "class"), [1, 7, 6]);
     assert_eq!(array(&text, "Points").len(), 3 * 24);
+    assert!(!text.contains("\"scan"), "{text}");
+}
+
+#[test]
+fn points_of_several_scans_know_theirs() {
+    let parts = ScanParts { paths: vec!["a.ply".into(), "b\n.ply".into()], of_points: vec![0, 1, 1] };
+    let points = MeasuredPoints { parts, ..measurement().points };
+    let mut out = Vec::new();
+    write_points_to(&mut out, &points, &names()).expect("written");
+    let end = b"end_header\n";
+    let header = out.windows(end.len()).position(|w| w == end).expect("a header") + end.len();
+    let text = String::from_utf8(out[..header].to_vec()).expect("text");
+    assert!(text.contains("comment scan 1: b_.ply\n") && text.contains("property int scalar_scan\n"), "{text}");
+    assert_eq!(out.len(), header + 3 * 53);
+    assert_eq!(out[header + 2 * 53 + 49..], 1_u32.to_le_bytes());
+    let mut out = Vec::new();
+    vtp::write_points(&mut out, &points, &names()).expect("written");
+    let text = String::from_utf8(out).expect("text");
+    assert_eq!(array(&text, "scan"), [0_i32, 1, 1].map(i32::to_le_bytes).as_flattened());
+    assert!(text.contains("Name=\"scans\""), "{text}");
 }
 
 #[test]

@@ -15,7 +15,7 @@ const BLOCK: usize = 1 << 20;
 /// Writes the surface with its deviations.
 pub(super) fn write_surface(out: &mut dyn Write, surface: &MeasuredSurface, parts: &[String]) -> io::Result<()> {
     let (points, polygons) = (surface.positions.len(), surface.triangles.len());
-    begin(out, parts, &format!("NumberOfPoints=\"{points}\" NumberOfVerts=\"0\" NumberOfPolys=\"{polygons}\""))?;
+    begin(out, parts, &[], &format!("NumberOfPoints=\"{points}\" NumberOfVerts=\"0\" NumberOfPolys=\"{polygons}\""))?;
     let normals: Vec<f32> = surface.normals.iter().flatten().map(|c| *c as f32).collect();
     let class: Vec<u8> = surface.class.iter().map(|class| class.code()).collect();
     let part_of = |triangle: &[u32; 3]| surface.part[triangle[0] as usize] as i32;
@@ -38,20 +38,28 @@ pub(super) fn write_surface(out: &mut dyn Write, surface: &MeasuredSurface, part
 /// Writes the scan's points with their distances.
 pub(super) fn write_points(out: &mut dyn Write, points: &MeasuredPoints, parts: &[String]) -> io::Result<()> {
     let count = points.positions.len();
-    begin(out, parts, &format!("NumberOfPoints=\"{count}\" NumberOfVerts=\"{count}\" NumberOfPolys=\"0\""))?;
+    begin(
+        out,
+        parts,
+        &points.parts.paths,
+        &format!("NumberOfPoints=\"{count}\" NumberOfVerts=\"{count}\" NumberOfPolys=\"0\""),
+    )?;
     let (distance, part): (Vec<f64>, Vec<i32>) = (0..count).map(|i| of_point(points, i)).unzip();
     let class: Vec<u8> = (0..count).map(|i| points.class(i).code()).collect();
     writeln!(out, "      <PointData Scalars=\"distance\">")?;
     array(out, "distance", 1, &distance)?;
     array(out, "part", 1, &part)?;
     array(out, "class", 1, &class)?;
+    if !points.parts.of_points.is_empty() {
+        array(out, "scan", 1, &points.parts.of_points.iter().map(|scan| *scan as i32).collect::<Vec<_>>())?;
+    }
     writeln!(out, "      </PointData>\n      <CellData/>")?;
     places(out, &points.positions)?;
     cells(out, "Verts", &(0..count as i64).collect::<Vec<_>>(), 1)?;
     end(out)
 }
 
-fn begin(out: &mut dyn Write, parts: &[String], counts: &str) -> io::Result<()> {
+fn begin(out: &mut dyn Write, parts: &[String], scans: &[String], counts: &str) -> io::Result<()> {
     writeln!(out, "<?xml version=\"1.0\"?>")?;
     writeln!(
         out,
@@ -59,6 +67,9 @@ fn begin(out: &mut dyn Write, parts: &[String], counts: &str) -> io::Result<()> 
          compressor=\"vtkZLibDataCompressor\">\n  <PolyData>\n    <FieldData>"
     )?;
     texts(out, "parts", parts)?;
+    if !scans.is_empty() {
+        texts(out, "scans", scans)?;
+    }
     texts(out, "unit", &["mm".to_owned()])?;
     texts(out, "distances", &[distances()])?;
     texts(out, "classes", &[classes()])?;

@@ -47,7 +47,7 @@ pub(crate) fn compare(rivals: &[Rival], scan: &Scan) -> Result<Comparison, FitEr
     let points = Points::of(scan, weights);
     let radius = points.gyration();
     if points.len() == 0 || !(radius > 0.0) {
-        return Err(FitError::EmptyScan { points: points.len() });
+        return Err(FitError::EmptyScan { scan: scan.source.path.clone(), points: points.len() });
     }
     let sigma = rivals.iter().map(|r| r.fit.sigma).fold(f64::INFINITY, f64::min);
     let objective =

@@ -1,11 +1,10 @@
 //! How well several scans together determine a shape and the poses: the sandwich estimator over all coordinates, with
-//! the noise, the dependent residuals and the scale of the loss of every scan, and whether a scan agrees with the rest.
+//! the noise, the dependent residuals and the scale of the loss of every scan.
 
 use super::bias::pull_of_noise;
 use super::convergence::without_motions;
 use super::pose::within_itself;
 use super::sandwich::{Information, Inverse, Uncertainty, at_least, by_ends, is_held};
-use super::significance::chi_squared_tail;
 use super::switches;
 use crate::eigen;
 use crate::fit::optimise::joint::{add_square, add_vector, coordinates, motion_of};
@@ -18,8 +17,6 @@ use nalgebra::{DMatrix, DVector};
 
 /// Eigenvalues of a scan's information on its pose, over the largest, below which there is only rounding.
 const SINGULAR: f64 = 1e-10;
-/// Eigenvalues of the covariance of a difference, over the largest, below which it says nothing.
-const NO_DIFFERENCE: f64 = 1e-9;
 
 /// The covariance of the joint coordinates, and what of it belongs to each scan.
 pub(crate) struct JointUncertainty {
@@ -28,9 +25,6 @@ pub(crate) struct JointUncertainty {
     /// Directions (of unit length) of the joint coordinates in which no distance changes, without those in which one
     /// scan's motion alone varies.
     pub(crate) common: Vec<DVector<f64>>,
-    /// By scan, the probability of such a difference between what it says of the shape and what the others say; None
-    /// where they have nothing to compare.
-    pub(crate) agreement: Vec<Option<f64>>,
     /// The step that Newton's method would still take, in standard deviations.
     pub(crate) remaining: f64,
 }
@@ -119,7 +113,6 @@ pub(crate) fn assess(joint: &Joint, of: &[Solution]) -> Option<JointUncertainty>
     let naive = &inverse.weighted * noise * &inverse.weighted;
     at_least(&mut covariance, &naive);
     let at_ends = by_ends(&weighted, &within, &held);
-    let agreement = (0..of.len()).map(|scan| agreement(&sums, &meats, scan)).collect();
     let mut bias = DVector::zeros(sums.dim());
     let mut gradient = DVector::zeros(sums.dim());
     for (scan, one) in of.iter().enumerate() {
@@ -162,7 +155,7 @@ pub(crate) fn assess(joint: &Joint, of: &[Solution]) -> Option<JointUncertainty>
     };
     let of_scans = (0..of.len()).map(of_scan).collect();
     let common = common(&sums, &inverse.undetermined, &alone);
-    Some(JointUncertainty { of_scans, common, agreement, remaining })
+    Some(JointUncertainty { of_scans, common, remaining })
 }
 
 /// The directions, by one scan's coordinates, in which its motion alone varies and no distance changes.
@@ -219,59 +212,4 @@ fn settled(
     }
     (0..step.len()).filter(|k| without[*k].is_some()).for_each(|k| step[k] = 0.0);
     step
-}
-
-/// The probability of such a difference between the shape that one scan suggests and that of the others, if all show
-/// one object. At the optimum the pulls of all scans on the shape, with their poses free, cancel; that of each has a
-/// covariance that follows from all their meats (a score test, Rao 1948). `meats` are those of the scans' coordinates.
-/// None where the scan says nothing of the shape or the others do not.
-fn agreement(sums: &Sums, meats: &[DMatrix<f64>], scan: usize) -> Option<f64> {
-    let free = sums.free;
-    let of = |scan: usize| {
-        let one = &sums.information[scan];
-        let factor = sums.factors[scan];
-        // From the scan's coordinates to the shape's, with the motion where it is best for each shape.
-        let motion = one.weighted.view((free, free), (6, 6)).into_owned();
-        let inverse = pseudo_inverse(&motion, SINGULAR);
-        let mixed = one.weighted.view((0, free), (free, 6)).into_owned();
-        let mut eliminate = DMatrix::zeros(free, free + 6);
-        eliminate.view_mut((0, 0), (free, free)).fill_with_identity();
-        eliminate.view_mut((0, free), (free, 6)).copy_from(&-(&mixed * &inverse));
-        let information = &eliminate * &one.weighted * eliminate.transpose() * factor;
-        let spread = &eliminate * &meats[scan] * eliminate.transpose() * factor.powi(2);
-        let pull = &eliminate * one.pull() * factor;
-        (information, spread, pull)
-    };
-    let all: Vec<(DMatrix<f64>, DMatrix<f64>, DVector<f64>)> = (0..sums.factors.len()).map(of).collect();
-    let whole: DMatrix<f64> = all.iter().map(|(information, ..)| information).sum();
-    let inverse = pseudo_inverse(&whole, NO_DIFFERENCE);
-    let (information, spread, pull) = &all[scan];
-    let others: DMatrix<f64> = all.iter().map(|(_, spread, _)| spread).sum();
-    // The pull is a - S W a_all, with a the scan's own at the truth, S its information and W the inverse of all.
-    let share = information * &inverse;
-    let off = spread - &share * spread - spread * share.transpose() + &share * others * share.transpose();
-    let off = (&off + off.transpose()) * 0.5;
-    // By units in which information of all is 1, so that small eigenvalues are those of what is not compared.
-    let unit = DVector::from_fn(free, |k, _| if whole[(k, k)] > 0.0 { whole[(k, k)].sqrt().recip() } else { 0.0 });
-    let scaled = DMatrix::from_fn(free, free, |a, b| off[(a, b)] * unit[a] * unit[b]);
-    let pull = pull.component_mul(&unit);
-    let eigen = eigen::symmetric(scaled);
-    let least = NO_DIFFERENCE * eigen.eigenvalues.amax();
-    let known = eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()).filter(|(value, _)| **value > least);
-    let terms: Vec<f64> = known.map(|(value, direction)| direction.dot(&pull).powi(2) / value).collect();
-    (!terms.is_empty()).then(|| chi_squared_tail(terms.iter().sum(), terms.len()))
-}
-
-/// The inverse over the eigenvectors whose eigenvalues are above a part of the largest, of a matrix whose coordinates
-/// have one unit.
-fn pseudo_inverse(matrix: &DMatrix<f64>, least: f64) -> DMatrix<f64> {
-    let eigen = eigen::symmetric(matrix.clone());
-    let least = least * eigen.eigenvalues.amax();
-    let mut inverse = DMatrix::zeros(matrix.nrows(), matrix.nrows());
-    for (value, direction) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
-        if *value > least {
-            inverse += direction * direction.transpose() / *value;
-        }
-    }
-    inverse
 }

@@ -2,6 +2,7 @@
 //! bootstrap), which held values it contradicts (Wald), which parts it does not show, and which of several models it
 //! supports.
 
+pub(crate) mod agreement;
 mod bias;
 mod blocks;
 pub(crate) mod bootstrap;

@@ -183,20 +183,6 @@ impl<'o> Information<'o> {
         chain.tr_mul(&(meat * chain))
     }
 
-    /// The pull of all points on the coordinates: the sum of weight times signed distance times J, with its sign
-    /// turned.
-    pub(crate) fn pull(&self) -> DVector<f64> {
-        let mut pull = DVector::zeros(self.chain.nrows());
-        let none = || DVector::zeros(self.chain.nrows());
-        let add = |sum: &mut DVector<f64>, rows: &Rows| {
-            for (point, row) in rows.iter() {
-                rows.columns.iter().zip(row).for_each(|(column, r)| sum[*column] -= score(point) * r);
-            }
-        };
-        self.all.fold(none, add, |part: DVector<f64>| pull += part);
-        self.chain.tr_mul(&pull)
-    }
-
     /// The variance of the residuals, of which the fit has absorbed `degrees`. Square millimetres.
     pub(crate) fn variance(&self, degrees: usize) -> f64 {
         self.residuals.weighted_d2 / (self.residuals.weight - degrees as f64).max(1.0)

@@ -79,7 +79,7 @@ impl<'a> Problem<'a> {
         let surfaces = points.on_surfaces(scan);
         let radius = surfaces.gyration();
         if points.len() < FEWEST_POINTS || !(radius > 0.0) {
-            return Err(FitError::EmptyScan { points: points.len() });
+            return Err(FitError::EmptyScan { scan: scan.source.path.clone(), points: points.len() });
         }
         let thin = surfaces.sample(THIN_POINTS);
         drop(surfaces);

@@ -1,7 +1,7 @@
 //! The refinement of one shape and of its poses in several scans, all at once: from a coarse scale of the loss to the
 //! final one, as `schedule` does it for one scan.
 
-use super::schedule::{Guess, POLISH, Solution, final_loss, foot_tolerance, suggested_loss};
+use super::schedule::{Guess, Solution, final_loss, foot_tolerance, suggested_loss};
 use crate::fit::correspond::cache::FootCache;
 use crate::fit::optimise::gauss_newton::{self, Stop, Target};
 use crate::fit::optimise::joint::{JointEstimate, JointObjective};
@@ -67,6 +67,14 @@ impl<'a> Joint<'a> {
         Self { iterations: other.iterations, ..self.sided() }
     }
 
+    /// The same shape in some of the scans only, where it may become another one.
+    pub(crate) fn of_scans(&self, scans: &[usize]) -> Self {
+        let members = scans.iter().map(|scan| self.members[*scan].clone()).collect();
+        let motions = scans.iter().map(|scan| self.estimate.motions[*scan]).collect();
+        let estimate = JointEstimate { z: self.estimate.z.clone(), motions };
+        Self { members, estimate, iterations: 0, converged: false }
+    }
+
     /// Coordinates of the shape.
     pub(crate) fn free(&self) -> usize {
         self.members[0].level.space.free.len()
@@ -112,10 +120,19 @@ impl<'a> Joint<'a> {
 
     /// By scan, the share of points near the model at the scale at which a registration ends.
     pub(crate) fn near(&self) -> Vec<f64> {
+        self.within(|member| Loss::welsch(FINE * member.level.problem.radius))
+    }
+
+    /// By scan, the share of points near the model at the scale of its loss.
+    pub(crate) fn inliers(&self) -> Vec<f64> {
+        self.within(|member| member.loss)
+    }
+
+    fn within(&self, loss: impl Fn(&Member) -> Loss) -> Vec<f64> {
         let points = self.samples(COMPARED);
         let near = |(scan, points): (usize, &Points)| {
             let level = &self.members[scan].level;
-            let objective = level.objective(points, Loss::welsch(FINE * level.problem.radius));
+            let objective = level.objective(points, loss(&self.members[scan]));
             let evaluation = objective.evaluate(&self.estimate.of(scan), Order::Value);
             evaluation.map_or(0.0, |evaluation| evaluation.inliers() / points.weight())
         };
@@ -141,11 +158,21 @@ impl<'a> Joint<'a> {
         for member in &mut self.members {
             member.loss = given.unwrap_or(Loss::welsch(ANNEALING_START * member.level.problem.radius));
         }
-        self = self.sided();
+        self.sided().follow(&points, given)
+    }
+
+    /// Follows the scales of the losses from the present ones down to those that the residuals suggest, unless one is
+    /// `given`.
+    pub(crate) fn refine(self, given: Option<Loss>) -> Self {
+        let points = self.samples(ANNEALING_POINTS);
+        self.follow(&points, given)
+    }
+
+    fn follow(mut self, points: &[Points], given: Option<Loss>) -> Self {
         for _ in 0..ANNEALING_LEVELS {
             let losses = self.losses();
-            let step = self.objective(&points, &losses).scale() * ANNEALING_STEP;
-            self = self.minimised(&points, &losses, Stop { iterations: ANNEALING_ITERATIONS, step });
+            let step = self.objective(points, &losses).scale() * ANNEALING_STEP;
+            self = self.minimised(points, &losses, Stop { iterations: ANNEALING_ITERATIONS, step });
             let next: Vec<Loss> = (0..self.members.len())
                 .map(|scan| {
                     given.unwrap_or_else(|| suggested_loss(&self.members[scan].level, &points[scan], &self.guess(scan)))
@@ -163,8 +190,9 @@ impl<'a> Joint<'a> {
         self.sided()
     }
 
-    /// Gauss-Newton over all points at the final scales, down to steps of `step` scales.
-    pub(crate) fn polish(self, step: f64) -> Self {
+    /// Gauss-Newton over all points at the final scales, down to steps of `step` scales, traced as those of `stage`, if
+    /// there is one.
+    pub(crate) fn polish(self, step: f64, stage: Option<&'static str>) -> Self {
         let points: Vec<&Points> = self.members.iter().map(|member| &member.level.problem.points).collect();
         let caches: Vec<Arc<FootCache>> =
             self.members.iter().zip(&points).map(|(member, points)| foot_cache(points, member.loss.sigma)).collect();
@@ -173,7 +201,7 @@ impl<'a> Joint<'a> {
             tolerance: foot_tolerance(member.loss, member.level.problem.radius),
             cache: Some(cache),
             curved: true,
-            stage: Some(POLISH),
+            stage,
             ..member.level.objective(points, member.loss)
         });
         let objective = JointObjective { of: of.collect(), shares: self.shares() };

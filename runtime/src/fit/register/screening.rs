@@ -90,7 +90,7 @@ pub(crate) fn poses(level: &Level) -> Vec<Candidate> {
     let shape = Estimate { z: Vec::new(), motion: Isometry::IDENTITY };
     let oriented = [Middle::Same, Middle::Beside].into_iter();
     let oriented = oriented.flat_map(|middle| distinct(level, orientations(level, &shape, middle), PER_SHAPE));
-    climb(level, by_value(oriented.collect()), &GLOBAL_RUNGS[..POSE_RUNGS])
+    climb(level, by_value(oriented.collect()), &POSE_RUNGS)
 }
 
 /// Where the middle of the scan is on the model.

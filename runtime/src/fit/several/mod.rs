@@ -1,6 +1,7 @@
 //! One object in several scans: one shape, and a pose in each, all solved together. The model registers the scans,
 //! which need not overlap (docs/decisions/0062-several-scans.md).
 
+mod apart;
 mod merge;
 mod place;
 mod report;
@@ -17,7 +18,7 @@ use super::problem::level::Level;
 use super::problem::loss::Loss;
 use super::problem::parameterization::Estimate;
 use super::refine::joint::Joint;
-use super::refine::schedule::Solution;
+use super::refine::schedule::{POLISH, Solution};
 use super::refine::solve::solve;
 use super::register::warn_of_unit;
 use super::result::FitResult;
@@ -62,7 +63,7 @@ pub fn fit_several(
     warn(&problems, &monitor);
     let whole = Whole { model, scans, options, monitor: &monitor, problems: problems.iter().collect() };
     let joint = whole.solve()?;
-    let mut several = monitor.stage("uncertainty", || whole.concluded(joint))?;
+    let mut several = whole.concluded(joint)?;
     several.fit.measures = several.fit.measured(model, &measures::nominal(model, options));
     several.fit.seconds = monitor.records().seconds;
     Ok(several)
@@ -128,14 +129,13 @@ impl<'a> Whole<'a> {
     fn solve(&self) -> Result<Joint<'a>, FitError> {
         let base = self.problems[0].start_level()?;
         self.problems.iter().for_each(|problem| warn_of_unit(problem, base.space.radius));
-        let joint = match self.earlier(&base)? {
-            Some(joint) => joint,
+        let monitor = self.monitor;
+        let annealed = match self.earlier(&base)? {
+            Some(joint) => monitor.stage("all scans", || joint.anneal(self.given())),
             None => self.registered(&base)?,
         };
-        let monitor = self.monitor;
-        let annealed = monitor.stage("all scans", || joint.anneal(self.given()));
         let better = self.better(&base, annealed)?;
-        Ok(monitor.stage("all scans", || better.polish(1.0)))
+        Ok(monitor.stage("all scans", || better.polish(1.0, Some(POLISH))))
     }
 
     /// The poses of an earlier fit of the same scans, if they explain them still.
@@ -150,13 +150,13 @@ impl<'a> Whole<'a> {
         Ok(is_convincing(&joint).then_some(joint))
     }
 
-    /// All scans registered: one is fitted alone, and the others are placed on its shape one after another. If that
-    /// does not explain all of them, another one begins.
+    /// All scans registered, at the final scales: one is fitted alone, and the others are placed on its shape one after
+    /// another. If that does not explain all of them, another one begins.
     fn registered(&self, base: &Level<'a>) -> Result<Joint<'a>, FitError> {
         let mut order: Vec<usize> = (0..self.problems.len()).collect();
         // The largest one shows most of the object.
         order.sort_by(|a, b| self.problems[*b].radius.total_cmp(&self.problems[*a].radius));
-        let mut best: Option<(f64, Joint<'a>)> = None;
+        let mut best: Option<Joint<'a>> = None;
         for leader in order.iter().take(LEADERS) {
             if best.is_some() && self.monitor.cancelled() {
                 break;
@@ -164,16 +164,19 @@ impl<'a> Whole<'a> {
             let first = self.monitor.stage("first scan", || self.alone(*leader))?;
             let others: Vec<usize> = order.iter().copied().filter(|scan| scan != leader).collect();
             let joint = self.monitor.stage("placing", || self.placed(base, *leader, first, &others))?;
-            if is_convincing(&joint) {
+            let near = is_convincing(&joint);
+            let joint = self.monitor.stage("all scans", || joint.anneal(self.given()));
+            // A part that is wrong by less than the scale of a registration is far off at the final one.
+            if near && joint.inliers().iter().all(|share| *share > CONVINCING) {
                 return Ok(joint);
             }
-            let value = joint.value(&joint.scales());
-            if best.as_ref().is_none_or(|(least, _)| value < *least) {
-                best = Some((value, joint));
-            }
+            best = Some(match best {
+                Some(best) => better_of(best, joint),
+                None => joint,
+            });
         }
         // There are two scans or more.
-        best.map(|(_, joint)| joint).ok_or(FitError::EmptyScan { points: 0 })
+        best.ok_or(FitError::EmptyScan { scan: String::new(), points: 0 })
     }
 
     /// A fit of one of the scans alone.
@@ -227,15 +230,20 @@ impl<'a> Whole<'a> {
         let motions = carried(&joint.estimate.motions, motion);
         let other = Joint::new(&self.problems, base, JointEstimate { z: other.z, motions })?;
         let other = self.monitor.stage("all scans", || other.anneal(self.given()));
-        let finest = |(a, b): (&f64, &f64)| a.min(*b);
-        let scales: Vec<f64> = joint.scales().iter().zip(&other.scales()).map(finest).collect();
-        let (here, there) = (joint.value(&scales), other.value(&scales));
-        let best = if there < here { other } else { joint };
+        let best = better_of(joint, other);
         Ok(Joint::new(&self.problems, base, best.estimate.clone())?.like(&best))
     }
 
-    /// Standard deviations, and the result.
-    fn concluded(&self, mut joint: Joint<'a>) -> Result<SeveralFit, FitError> {
+    /// Standard deviations, whether the scans agree, and the result.
+    fn concluded(&self, joint: Joint<'a>) -> Result<SeveralFit, FitError> {
+        let monitor = self.monitor;
+        let (joint, of, uncertainty) = monitor.stage("uncertainty", || self.assessed(joint))?;
+        let agreements = monitor.stage("agreement", || apart::agreements(self, &joint));
+        monitor.stage("uncertainty", || report::result(self, &joint, &of, uncertainty, agreements))
+    }
+
+    /// The optimum with its uncertainty, which is None where the user does not wait.
+    fn assessed(&self, mut joint: Joint<'a>) -> Result<Assessed<'a>, FitError> {
         let absent = || FitError::Evaluation(crate::model::EvaluationError::new("the model does not exist at the end"));
         let mut of = joint.solutions().ok_or_else(absent)?;
         let mut uncertainty: Option<JointUncertainty> = None;
@@ -246,13 +254,23 @@ impl<'a> Whole<'a> {
                 if uncertainty.as_ref().is_none_or(JointUncertainty::is_settled) || self.monitor.cancelled() {
                     break;
                 }
-                joint = joint.polish(step);
+                joint = joint.polish(step, Some(POLISH));
                 of = joint.solutions().ok_or_else(absent)?;
                 uncertainty = assess(&joint, &of);
             }
         }
-        report::result(self, &joint, &of, uncertainty)
+        Ok((joint, of, uncertainty))
     }
+}
+
+/// A fit of all scans, its solutions by scan, and its uncertainty.
+type Assessed<'a> = (Joint<'a>, Vec<Solution<'a>>, Option<JointUncertainty>);
+
+/// The one of two that explains all scans better, both by the finer of their scales; of equals the first.
+fn better_of<'a>(one: Joint<'a>, other: Joint<'a>) -> Joint<'a> {
+    let finest = |(a, b): (&f64, &f64)| a.min(*b);
+    let scales: Vec<f64> = one.scales().iter().zip(&other.scales()).map(finest).collect();
+    if other.value(&scales) < one.value(&scales) { other } else { one }
 }
 
 /// Whether nearly all points of every scan lie near the model.

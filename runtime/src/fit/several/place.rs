@@ -10,7 +10,7 @@ use crate::fit::problem::sides::Sides;
 use crate::fit::refine::joint::Joint;
 use crate::fit::refine::witness;
 use crate::fit::register::screening::poses;
-use crate::fit::tuning::{PLACED_AS_WELL, PLACES_TRIED, START_CHORD};
+use crate::fit::tuning::{PLACED_AS_WELL, START_CHORD};
 
 /// The shape in some scans, moved to where it explains one more as well, with its place there.
 ///
@@ -27,7 +27,7 @@ pub(super) fn place<'a>(
     let level = Level::new(next, base.space.of_motions(&x), &start, START_CHORD)?;
     let problems: Vec<&Problem> = known.iter().copied().chain([next]).collect();
     let mut places = Vec::new();
-    for candidate in poses(&level).into_iter().take(PLACES_TRIED) {
+    for candidate in poses(&level) {
         let joint = Joint::new(&problems, base, at.with(candidate.estimate.motion))?.settle();
         places.push((joint.value(&joint.scales()), joint));
     }

@@ -15,10 +15,12 @@ use crate::fit::problem::parameterization::Estimate;
 use crate::fit::refine::joint::Joint;
 use crate::fit::refine::schedule::{Solution, foot_tolerance};
 use crate::fit::report;
-use crate::fit::result::{FitResult, FittedScan};
-use crate::fit::tuning::{CHORD, CONVINCING, EXPLAINED, FINE, NAMED, OTHER_OBJECT};
+use crate::fit::result::{Agreement, FitResult, FittedScan, ShapeDifference};
+use crate::fit::room::shown_to;
+use crate::fit::tuning::{CHORD, CONVINCING, DIFFERENCES_NAMED, EXPLAINED, FINE, NAMED};
 use crate::model::EvaluationError;
 use crate::scan::Scan;
+use gml_compiler::program::Quantity;
 use nalgebra::DVector;
 
 /// The result. What a fit of one scan says of its solution is said of all scans merged.
@@ -27,6 +29,7 @@ pub(super) fn result(
     joint: &Joint,
     of: &[Solution],
     uncertainty: Option<JointUncertainty>,
+    agreements: Vec<Option<Agreement>>,
 ) -> Result<SeveralFit, FitError> {
     let Whole { model, scans, options, monitor, .. } = whole;
     let scan = super::merged(scans, &joint.estimate.motions);
@@ -52,11 +55,12 @@ pub(super) fn result(
     let motions = carried(&joint.estimate.motions, solution.estimate.motion);
     let near = joint.near();
     let mut fitted = Vec::new();
-    for (n, one) in of.iter().enumerate() {
+    for ((n, one), agreement) in of.iter().enumerate().zip(agreements) {
         let at = Solution { estimate: Estimate { motion: motions[n], ..solution.estimate.clone() }, ..one.clone() };
         let (name, uncertainty) = (name(whole, n), open.map(|all| &all.of_scans[n]));
-        let agreement = open.and_then(|all| all.agreement[n]);
-        warn_of_scan(whole, &name, near[n], &at, uncertainty, agreement);
+        // Of two that do not agree with each other one sentence says it.
+        let is_said = scans.len() > 2 || n > 0;
+        warn_of_scan(whole, &name, near[n], &at, uncertainty, agreement.as_ref().filter(|a| is_said && !a.agrees));
         fitted.push(FittedScan {
             source: scans[n].source.clone(),
             pose: motions[n].into(),
@@ -146,7 +150,7 @@ fn warn_of_scan(
     near: f64,
     at: &Solution,
     uncertainty: Option<&Uncertainty>,
-    agreement: Option<f64>,
+    disagrees: Option<&Agreement>,
 ) {
     let monitor = whole.monitor;
     let share = inliers(at);
@@ -159,16 +163,38 @@ fn warn_of_scan(
             100.0 * near,
             1.0 / FINE,
         ));
-    } else if agreement.is_some_and(|p| p < OTHER_OBJECT / whole.scans.len() as f64) {
-        monitor.warn(format!(
-            "{name} does not agree with the other scans on the shape (p = {:.1e}): it may be of another object, or of one \
-             that has changed, or its errors are no noise",
-            agreement.unwrap_or(f64::NAN)
-        ));
+    } else if let Some(agreement) = disagrees {
+        monitor.warn(disagreement(whole, name, agreement));
     }
     for sentence in uncertainty.map(|uncertainty| pose::undetermined(at, uncertainty)).unwrap_or_default() {
         monitor.warn(format!("{name}: {sentence}"));
     }
+}
+
+/// A sentence on a scan that does not agree with the others on the shape.
+fn disagreement(whole: &Whole, name: &str, agreement: &Agreement) -> String {
+    let parameters = whole.model.parameters();
+    let told = |difference: &ShapeDifference| {
+        let quantity = parameters.iter().find(|p| p.name == difference.name).map_or(Quantity::Real, |p| p.quantity);
+        let shown =
+            |value: f64, sd: f64| format!("{} +- {}", shown_to(value, sd, quantity), shown_to(sd, sd, quantity));
+        let (here, there) = (shown(difference.value, difference.sd), shown(difference.others, difference.others_sd));
+        format!("`{}` is {here} by this scan alone, and {there} by the others", difference.name)
+    };
+    let mut all: Vec<String> = agreement.differences.iter().take(DIFFERENCES_NAMED).map(told).collect();
+    let more = agreement.differences.len() - all.len();
+    if more > 0 {
+        all.push(format!("{more} more differ"));
+    }
+    let which = match all.is_empty() {
+        true => "no parameter differs clearly by itself, all of them together do".to_owned(),
+        false => all.join("; "),
+    };
+    format!(
+        "{name} does not agree with the other scans on the shape (p = {:.1e}): {which}. It may be of another object, or \
+         the object has changed, or the model's family does not have its shape",
+        agreement.p
+    )
 }
 
 /// A sentence on a change of the shape and of poses that leaves every distance as it is.

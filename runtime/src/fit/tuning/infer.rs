@@ -89,6 +89,17 @@ pub(crate) const BIAS_POINTS: usize = 20_000;
 /// The part of a standard deviation that is bias above which a warning says so: the bias is then twice the random part.
 pub(crate) const BIASED: f64 = 0.9;
 
+// -------------------------------------------------------------------------------------------- Agreement of several scans
+
+/// The probability of such a difference between the shape of one scan and that of the others, divided by the number of
+/// scans, below which it is said.
+pub(crate) const OTHER_OBJECT: f64 = 1e-3;
+/// Parameters are named that differ by more than so many standard deviations of the difference.
+pub(crate) const DIFFERENT: f64 = 3.0;
+pub(crate) const DIFFERENCES_NAMED: usize = 4;
+/// Parameters take part whose standard deviations move the surface by less than this share of the scan's radius.
+pub(crate) const UNCERTAIN: f64 = 0.05;
+
 // ------------------------------------------------------------------------------------------------------- Least surface
 
 /// Points by which the scan protests against less surface.

@@ -40,17 +40,12 @@ pub(crate) const SQUARED_STEP: f64 = 1e-11;
 /// Scales (radii of each scan) by which a scan that has just been placed, and the shape, come to rest with the others:
 /// those of the last rungs of the registration. What only the new scan shows may be off by as much as its first scale.
 pub(crate) const JOINT_SCALES: [f64; 4] = [0.2, 0.14, 0.1, FINE];
-/// Places of a scan, best first, that are tried with the others.
-pub(crate) const PLACES_TRIED: usize = 4;
 /// A place in which less of the model stands where the new scan shows empty space counts if the mean loss is no larger
 /// by this factor: of a body of revolution with one handle, the back alone does not say where the handle is, but where
 /// it is not.
 pub(crate) const PLACED_AS_WELL: f64 = 1.05;
 /// Scans from which the registration of all is begun in turn, while some scan is not explained.
 pub(crate) const LEADERS: usize = 3;
-/// The probability of a difference as large or larger between what a scan says of the shape and what the others say,
-/// below which it is said: one false alarm in a thousand scans.
-pub(crate) const OTHER_OBJECT: f64 = 1e-3;
 
 // ----------------------------------------------------------------------------------------------------- Pose parameters
 

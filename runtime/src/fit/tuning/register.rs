@@ -26,9 +26,14 @@ pub(crate) const GLOBAL_RUNGS: [Rung; 4] = [
     Rung { candidates: 5, points: 1000, scales: &[0.14, 0.1], sided: true },
     Rung { candidates: 3, points: 1500, scales: &[FINE], sided: true },
 ];
-/// The rungs that candidates for a pose alone climb: with the shape known from other scans the third one, which learns
-/// the sides, leaves five, and all scans together decide between these.
-pub(crate) const POSE_RUNGS: usize = 3;
+/// The rungs that candidates for a pose alone climb, with the shape known from other scans. The last one learns the
+/// sides; all scans together decide between what it leaves. A flange with six bolts has six poses that are alike, on
+/// either side of it.
+pub(crate) const POSE_RUNGS: [Rung; 3] = [
+    Rung { candidates: 24, points: 350, scales: &[0.3], sided: false },
+    Rung { candidates: 16, points: 500, scales: &[0.2], sided: false },
+    Rung { candidates: 12, points: 1000, scales: &[0.14, 0.1], sided: true },
+];
 /// From a near start.
 pub(crate) const NEAR_RUNGS: [Rung; 2] = [
     Rung { candidates: 1, points: 500, scales: &[0.3, 0.2], sided: false },

@@ -23,6 +23,7 @@ fn scan() -> (TriangleMesh, Attributes) {
         colours: vec![[1, 2, 3], [255, 0, 17], [9, 8, 7], [0, 0, 0], [4, 4, 4]],
         intensities: vec![0.25, 1.0, 0.1, 0.0, -7.5],
         stations,
+        ..Attributes::default()
     };
     (TriangleMesh { positions, normals, ..TriangleMesh::default() }, attributes)
 }

@@ -33,6 +33,7 @@ impl Made {
             colours: (0..count).map(|k| [k as u8, (k / 256) as u8, 200]).collect(),
             intensities: (0..count).map(|k| (k % 1000) as f32).collect(),
             stations: Stations { places, of_points },
+            ..Attributes::default()
         };
         let grid = |points: std::ops::Range<usize>| {
             // A cell of each column is empty.

@@ -1,0 +1,82 @@
+//! Several scans of one object that hardly overlap: each is what the virtual scanner sees from one place.
+
+use crate::support::{example, gmlc, json, parameter};
+use serde_json::Value;
+use std::path::Path;
+use tempfile::tempdir;
+
+/// What a station at `place` (in the model's own coordinates) sees of an example, in a pose of its own.
+fn seen_from(folder: &Path, name: &str, place: &str, seed: &str) {
+    let station = format!("--station={place}");
+    let (scan, truth) = (format!("{seed}.ply"), format!("{seed}.json"));
+    let kind = ["--scanner", "panorama", &station, "--spacing", "2.5mm", "--noise", "0.1mm", "--seed", seed];
+    gmlc(folder, &[&["scan", &example(name), "-o", &scan, "--truth", &truth][..], &kind].concat());
+}
+
+/// Panics unless every parameter of fit.json that has a standard deviation is within four of them of the truth, and the
+/// model stands in every scan where it stood: modulo turns by 1 / `symmetry` about its z axis, to within `near` mm at
+/// its points.
+fn is_the_truth(folder: &Path, symmetry: usize, near: f64, points: &[[f64; 3]]) {
+    let fit = json(&folder.join("fit.json"));
+    for p in fit["parameters"].as_array().expect("parameters") {
+        let name = p["name"].as_str().expect("a name");
+        let truth = json(&folder.join("1.json"))["parameters"][name].as_f64().expect("a value");
+        if let Some(sd) = p["sd"].as_f64() {
+            assert!((parameter(&fit, name) - truth).abs() < 4.0 * sd, "{p}, not {truth}");
+        }
+    }
+    let scans = fit["scans"].as_array().expect("scans");
+    let off = |turn: usize, n: usize| {
+        let angle = std::f64::consts::TAU * turn as f64 / symmetry as f64;
+        let (sin, cos) = angle.sin_cos();
+        let truth = json(&folder.join(format!("{}.json", n + 1)));
+        let distance = |p: &[f64; 3]| {
+            let turned = [cos * p[0] - sin * p[1], sin * p[0] + cos * p[1], p[2]];
+            let (there, here) = (moved(&truth["pose"], *p), moved(&scans[n]["pose"], turned));
+            (0..3).map(|k| (there[k] - here[k]).powi(2)).sum::<f64>().sqrt()
+        };
+        points.iter().map(distance).fold(0.0, f64::max)
+    };
+    // One turn of the model is the same for all scans.
+    let worst = |turn: usize| (0..scans.len()).map(|n| off(turn, n)).fold(0.0, f64::max);
+    let least = (0..symmetry).map(worst).fold(f64::INFINITY, f64::min);
+    assert!(least < near, "{least} mm: {scans:?}");
+}
+
+/// A point of the model where a pose puts it.
+fn moved(pose: &Value, p: [f64; 3]) -> [f64; 3] {
+    let number = |value: &Value| value.as_f64().expect("a number");
+    std::array::from_fn(|i| {
+        let turned: f64 = (0..3).map(|k| number(&pose["rotation"][i][k]) * p[k]).sum();
+        turned + number(&pose["translation"][i])
+    })
+}
+
+#[test]
+fn a_flange_from_above_and_from_below() {
+    let folder = tempdir().expect("a folder");
+    seen_from(folder.path(), "flange/flange.gml", "300mm,100mm,250mm", "1");
+    seen_from(folder.path(), "flange/flange.gml", "-300mm,-100mm,-200mm", "2");
+    let text = gmlc(folder.path(), &["fit", &example("flange/flange.gml"), "1.ply", "2.ply", "-o", "fit.json"]);
+    assert!(!text.contains("another object"), "{text}");
+    is_the_truth(folder.path(), 6, 0.3, &[[80.0, 0.0, 0.0], [0.0, 80.0, 0.0], [0.0, 0.0, 16.0]]);
+    // Each point knows its scan.
+    let inspect = ["variance", &example("flange/flange.gml"), "1.ply", "2.ply", "--params", "fit.json", "--points"];
+    gmlc(folder.path(), &[&inspect[..], &["-o", "out"]].concat());
+    let ply = std::fs::read(folder.path().join("out/points.ply")).expect("points.ply");
+    let header = String::from_utf8_lossy(&ply[..1000]).into_owned();
+    assert!(header.contains("comment scan 1: 2.ply") && header.contains("property int scalar_scan"), "{header}");
+}
+
+#[test]
+#[ignore = "a minute"]
+fn a_mug_from_three_sides() {
+    let folder = tempdir().expect("a folder");
+    seen_from(folder.path(), "mug/mug.gml", "0mm,350mm,250mm", "1");
+    seen_from(folder.path(), "mug/mug.gml", "300mm,-200mm,200mm", "2");
+    seen_from(folder.path(), "mug/mug.gml", "-300mm,-150mm,-150mm", "3");
+    let scans = ["fit", &example("mug/mug.gml"), "1.ply", "2.ply", "3.ply", "-o", "fit.json"];
+    let text = gmlc(folder.path(), &scans);
+    assert!(!text.contains("another object"), "{text}");
+    is_the_truth(folder.path(), 1, 0.5, &[[40.0, 0.0, 0.0], [0.0, 40.0, 80.0], [70.0, 0.0, 40.0]]);
+}
