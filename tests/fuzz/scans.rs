@@ -65,6 +65,7 @@ impl Ball {
                 places: vec![Station::at([500.0, 0.0, 3.0]), Station::at([-500.0, 0.0, 3.0])],
                 of_points: (0..positions.len()).map(|i| of(i) as u16).collect(),
             },
+            ..Attributes::default()
         };
         let mesh = TriangleMesh { positions, triangles: self.triangles.clone(), ..TriangleMesh::default() };
         let scan = Recorded { mesh: &mesh, attributes: &attributes, grids: &[], unit: Unit::Mm };

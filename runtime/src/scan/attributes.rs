@@ -129,10 +129,12 @@ impl Attributes {
             if values.is_empty() { Vec::new() } else { points.iter().map(|point| values[*point as usize]).collect() }
         }
         let of_points = chosen(&self.stations.of_points, points);
+        let parts = ScanParts { paths: self.parts.paths.clone(), of_points: chosen(&self.parts.of_points, points) };
         Self {
             colours: chosen(&self.colours, points),
             intensities: chosen(&self.intensities, points),
             stations: Stations { places: self.stations.places.clone(), of_points },
+            parts,
         }
     }
 
