@@ -8,7 +8,7 @@ use super::surface::{Parametrised, target};
 use crate::bvh::Bvh;
 use crate::feet::signed::{Place, SignedFoot};
 use crate::mesh::TriangleMesh;
-use crate::scan::Scan;
+use crate::scan::{Attributes, Scan};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::FRAC_PI_2;
@@ -88,6 +88,10 @@ pub struct MeasuredPoints {
     pub distances: Vec<Option<PointDistance>>,
     /// Whether a point has no distance because the surface near it faces another way. As many as points.
     pub facing_away: Vec<bool>,
+    /// The scan's colours, in sRGB; as many as points, or none.
+    pub colours: Vec<[u8; 3]>,
+    /// The scan's intensities, likewise.
+    pub intensities: Vec<f32>,
 }
 
 impl MeasuredPoints {
@@ -179,7 +183,10 @@ impl PointFeet {
         let distance = |foot: &SignedFoot| PointDistance { distance: foot.distance, part: foot.part };
         let distances: Vec<Option<PointDistance>> = self.feet.iter().map(|foot| foot.as_ref().map(distance)).collect();
         let facing_away = self.facing_away.clone();
-        let measured = MeasuredPoints { positions: scan.mesh.positions.clone(), distances, facing_away };
+        let positions = scan.mesh.positions.clone();
+        let Attributes { colours, intensities, .. } = &scan.attributes;
+        let (colours, intensities) = (colours.clone(), intensities.clone());
+        let measured = MeasuredPoints { positions, distances, facing_away, colours, intensities };
         let all = measured.positions.iter().zip(&measured.distances);
         let all: Vec<([f64; 3], PointDistance)> = all.filter_map(|(place, d)| Some((*place, (*d)?))).collect();
         let mut of_parts = vec![Vec::new(); parts.names.len()];

@@ -10,7 +10,7 @@ use std::path::Path;
 
 /// Writes the scan's points to a file: x, y and z in millimetres; the signed `distance`, NaN where there is none; the
 /// number of the `part`, -1 where there is none; both again, and the number of the class, under names that other tools
-/// know. Comments have the names of the parts and of the classes.
+/// know; `intensity`, and `red`, `green` and `blue`, if the scan has them. Comments have the names of the parts and of the classes.
 ///
 /// # Errors
 /// See [`atomic::write_with`].
@@ -28,7 +28,14 @@ pub fn write_points_to(out: &mut dyn Write, points: &MeasuredPoints, parts: &[St
     writeln!(out, "property double x\nproperty double y\nproperty double z")?;
     writeln!(out, "property double distance\nproperty int part")?;
     writeln!(out, "property float scalar_distance\nproperty int scalar_part\nproperty uchar scalar_class")?;
-    writeln!(out, "property float quality\nend_header")?;
+    writeln!(out, "property float quality")?;
+    if !points.intensities.is_empty() {
+        writeln!(out, "property float intensity")?;
+    }
+    if !points.colours.is_empty() {
+        writeln!(out, "property uchar red\nproperty uchar green\nproperty uchar blue")?;
+    }
+    writeln!(out, "end_header")?;
     for (i, position) in points.positions.iter().enumerate() {
         let (distance, part) = of_point(points, i);
         for figure in position.iter().chain([&distance]) {
@@ -39,6 +46,12 @@ pub fn write_points_to(out: &mut dyn Write, points: &MeasuredPoints, parts: &[St
         out.write_all(&part.to_le_bytes())?;
         out.write_all(&[points.class(i).code()])?;
         out.write_all(&(distance as f32).to_le_bytes())?;
+        if let Some(intensity) = points.intensities.get(i) {
+            out.write_all(&intensity.to_le_bytes())?;
+        }
+        if let Some(colour) = points.colours.get(i) {
+            out.write_all(colour)?;
+        }
     }
     Ok(())
 }

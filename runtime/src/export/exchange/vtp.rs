@@ -45,6 +45,12 @@ pub(super) fn write_points(out: &mut dyn Write, points: &MeasuredPoints, parts: 
     array(out, "distance", 1, &distance)?;
     array(out, "part", 1, &part)?;
     array(out, "class", 1, &class)?;
+    if !points.intensities.is_empty() {
+        array(out, "intensity", 1, &points.intensities)?;
+    }
+    if !points.colours.is_empty() {
+        array(out, "colour", 3, points.colours.as_flattened())?;
+    }
     writeln!(out, "      </PointData>\n      <CellData/>")?;
     places(out, &points.positions)?;
     cells(out, "Verts", &(0..count as i64).collect::<Vec<_>>(), 1)?;
