@@ -10,7 +10,8 @@ use std::path::Path;
 
 /// Writes the scan's points to a file: x, y and z in millimetres; the signed `distance`, NaN where there is none; the
 /// number of the `part`, -1 where there is none; both again, and the number of the class, under names that other tools
-/// know; `intensity`, and `red`, `green` and `blue`, if the scan has them. Comments have the names of the parts and of the classes.
+/// know; `intensity`, and `red`, `green` and `blue`, if the scan has them. Comments have the names of the parts and of
+/// the classes.
 ///
 /// # Errors
 /// See [`atomic::write_with`].

@@ -11,26 +11,23 @@ use crate::variance::{Class, Deviations, ScanColours, dilate};
 /// goes on with the nearest texel, up to 8 texels away, so that no seam shows under filtering.
 #[must_use]
 pub fn colour_texture(deviations: &Deviations, colours: &ScanColours) -> Picture {
-    reduced(deviations, colours, 1)
+    let texels = &deviations.texels;
+    let mut picture = Picture::new(texels.width as usize, texels.height as usize, Theme::DARK.paper);
+    let mut covered = vec![false; picture.pixels.len()];
+    for (i, colour) in colours.texels.iter().enumerate() {
+        let at = texels.index[i] as usize;
+        picture.pixels[at] = colour.unwrap_or_else(|| mark(deviations.class(i), at, picture.width));
+        covered[at] = true;
+    }
+    dilate(&mut picture.pixels, &mut covered, picture.width);
+    picture
 }
 
 /// [`colour_texture`] in few pixels, for a page: at most 512 columns of means of the texels that have a colour.
 #[must_use]
 pub fn colour_figure(deviations: &Deviations, colours: &ScanColours) -> Picture {
-    reduced(deviations, colours, (deviations.texels.width as usize).div_ceil(WIDTH).max(1))
-}
-
-/// What the texels of a pixel have.
-#[derive(Clone, Copy, Default)]
-struct Pixel {
-    sum: [u32; 3],
-    count: u32,
-    /// The class of the last texel without a colour.
-    class: Option<Class>,
-}
-
-fn reduced(deviations: &Deviations, colours: &ScanColours, factor: usize) -> Picture {
     let texels = &deviations.texels;
+    let factor = (texels.width as usize).div_ceil(WIDTH).max(1);
     let [width, height] = [texels.width, texels.height].map(|side| (side as usize).div_ceil(factor));
     let mut found = vec![Pixel::default(); width * height];
     for (i, colour) in colours.texels.iter().enumerate() {
@@ -45,21 +42,32 @@ fn reduced(deviations: &Deviations, colours: &ScanColours, factor: usize) -> Pic
         }
     }
     let mut picture = Picture::new(width, height, Theme::DARK.paper);
-    let mut covered = vec![false; found.len()];
-    for (i, pixel) in found.iter().enumerate() {
-        let stripes = || stripes(i % width, i / width, period(width));
-        picture.pixels[i] = match (pixel.count, pixel.class) {
-            (0, None) => continue,
-            // What was measured where no point has an intensity has no colour.
-            (0, Some(Class::NoData | Class::Measured)) => stripes(),
-            (0, Some(class)) => class_colour(class).unwrap_or_else(stripes),
-            (count, _) => pixel.sum.map(|sum| ((sum + count / 2) / count) as u8),
-        };
-        covered[i] = true;
+    let mut covered: Vec<bool> = found.iter().map(|pixel| pixel.count > 0 || pixel.class.is_some()).collect();
+    for (at, Pixel { sum, count, class }) in found.into_iter().enumerate() {
+        match class {
+            _ if count > 0 => picture.pixels[at] = sum.map(|sum| ((sum + count / 2) / count) as u8),
+            Some(class) => picture.pixels[at] = mark(class, at, width),
+            None => {}
+        }
     }
-    // Values beside charts are those of uncovered pixels otherwise.
     dilate(&mut picture.pixels, &mut covered, width);
     picture
+}
+
+/// What the texels of a pixel have.
+#[derive(Clone, Copy, Default)]
+struct Pixel {
+    sum: [u32; 3],
+    count: u32,
+    /// The class of the last texel without a colour.
+    class: Option<Class>,
+}
+
+/// What stands where there is no colour, at a place in rows of `width` pixels: the colour of a class, or stripes, also
+/// where something was measured whose points have no intensity.
+fn mark(class: Class, at: usize, width: usize) -> [u8; 3] {
+    let colour = class_colour(class).filter(|_| class != Class::NoData);
+    colour.unwrap_or_else(|| stripes(at % width, at / width, period(width)))
 }
 
 #[cfg(test)]

@@ -111,8 +111,8 @@ fn a_cloud_has_the_statistics_of_the_mesh_of_its_points() {
         }
         let (a, b) = (by_rays.points.as_ref().unwrap(), by_cylinders.points.as_ref().unwrap());
         assert!((a.overall.moments.signed.mean - b.overall.moments.signed.mean).abs() < 0.005);
-        // The scanner's noise lies along its rays, which meet the surface at an angle. The spread of a part's points about
-        // the surface is what of it lies along the normals.
+        // The scanner's noise lies along its rays, which meet the surface at an angle. The spread of a part's points
+        // about the surface is what of it lies along the normals.
         let along_normals = b.parts[0].statistics.moments.signed.sd;
         assert!((by_cylinders.noise / along_normals - 1.0).abs() < 0.15, "{} {along_normals}", by_cylinders.noise);
         let unmatched = by_cylinders.unmatched.unwrap();
