@@ -34,7 +34,8 @@ impl CylinderSummary {
     pub fn sentence(&self, number: impl Fn(f64) -> String) -> String {
         format!(
             "the scan is a cloud of points: distances are those of the points in cylinders about the normals (radius {} mm, {} \
-             points, half of them more; with fewer than {} there is none), each with a standard uncertainty of {} mm by their scatter (median {} mm, 95th percentile {} mm)",
+             points, half of them more; with fewer than {} there is none), each with a standard uncertainty of {} mm by their scatter \
+             (median {} mm, 95th percentile {} mm)",
             number(self.radius),
             number(self.points),
             self.fewest,
