@@ -17,20 +17,20 @@ fn can() -> Program {
     compile(script, &NoFiles, &Options::default()).unwrap_or_else(|e| panic!("{e}")).program
 }
 
-/// A virtual scan of a can that is 0.1 mm wider than the model, with points 0.6 mm apart.
+/// A virtual scan of a can that is 0.1 mm wider than the model, with points 0.8 mm apart.
 fn scanned(program: &Program) -> (TriangleMesh, Motion) {
     let instance = Model::instantiate(program, &[20.1]).unwrap();
-    let tessellation = Tessellation::new(program, &*instance, Fineness { chord: 0.01, ..Fineness::default() }).unwrap();
+    let tessellation = Tessellation::new(program, &*instance, Fineness { chord: 0.02, ..Fineness::default() }).unwrap();
     let surface = ExactSurface { tessellation: &tessellation, instance: &*instance, motion: Motion::IDENTITY };
     let scanner =
-        Scanner { views: 8, spacing: 0.6, noise: 0.05, outliers: 0.0, dropouts: 0.0, seed: 3, ..Scanner::default() };
+        Scanner { views: 6, spacing: 0.8, noise: 0.05, outliers: 0.0, dropouts: 0.0, seed: 3, ..Scanner::default() };
     let scan = scan_exact(surface, &scanner, &Silent).unwrap();
     (scan.mesh, scan.truth.pose)
 }
 
 fn measured(program: &Program, pose: Motion, scan: &Scan, distance: DistanceKind) -> Measurement {
     let options = MeasureOptions {
-        resolution: Resolution::Side(256),
+        resolution: Resolution::Side(128),
         max_distance: Some(3.0),
         device: Device::Cpu,
         distance,
@@ -52,12 +52,13 @@ fn colours_of_a_place_come_back_at_its_texel() {
     let bounds = mesh.bounds();
     let cloud = TriangleMesh { positions: mesh.positions.clone(), ..TriangleMesh::default() };
     let kinds = [DistanceKind::Normal, DistanceKind::AveragedNormal, DistanceKind::Closest];
-    for (mesh, is_cloud) in [(mesh, false), (cloud, true)] {
+    // Of a cloud all kinds have the same points.
+    for (mesh, is_cloud, kinds) in [(mesh, false, &kinds[..]), (cloud, true, &kinds[..1])] {
         let mut scan = from_mesh(mesh, "can").unwrap();
         scan.attributes.colours =
             scan.mesh.positions.iter().map(|p| levels(&bounds, *p).map(|c| c.round() as u8)).collect();
         for kind in kinds {
-            let found = measured(&program, pose, &scan, kind);
+            let found = measured(&program, pose, &scan, *kind);
             let (deviations, colours) = (&found.deviations, found.scan_colours.as_ref().unwrap());
             assert_eq!(found.report.colour, Some(ColourSummary { source: ColourSource::Colours, stretch: None }));
             let (mut sum, mut worst, mut count) = (0.0, 0.0_f64, 0.0);
@@ -69,10 +70,9 @@ fn colours_of_a_place_come_back_at_its_texel() {
                 (sum, worst, count) = (sum + off, worst.max(off), count + 1.0);
             }
             println!("{is_cloud} {kind:?}: {} on average, {worst} at most, {count} texels", sum / count);
-            // A ray goes on for 0.1 mm and the noise of 0.05 mm; a level is 0.15 mm, and bytes are rounded twice. Where
-            // the normals of an edge are averaged the ray of 0.2 mm is oblique. The middle of a cylinder's points is up
-            // to a spacing of 0.6 mm aside, 4 levels, where they are on one side.
-            let (mean, most) = if is_cloud { (1.2, 6.0) } else { (1.0, 3.5) };
+            // A ray goes on for 0.1 mm and the noise of 0.05 mm; a level is 0.15 mm, and bytes are rounded twice. The
+            // middle of a cylinder's points is up to a spacing of 0.8 mm aside, 6 levels, where they are on one side.
+            let (mean, most) = if is_cloud { (0.8, 6.0) } else { (0.8, 2.2) };
             assert!(sum / count < mean && worst < most, "{is_cloud} {kind:?}");
             assert!(count > 0.9 * deviations.texels.len() as f64);
         }
@@ -80,7 +80,7 @@ fn colours_of_a_place_come_back_at_its_texel() {
 }
 
 #[test]
-fn intensities_are_greys_between_percentiles_and_colours_go_before() {
+fn intensities_are_greys_between_percentiles() {
     let program = can();
     let (mesh, pose) = scanned(&program);
     let mut scan = from_mesh(mesh, "can").unwrap();
@@ -93,8 +93,8 @@ fn intensities_are_greys_between_percentiles_and_colours_go_before() {
     let ColourSummary { source, stretch } = found.report.colour.clone().unwrap();
     let Stretch { percentiles, black, white } = stretch.unwrap();
     assert_eq!((source, percentiles), (ColourSource::Intensities, PERCENTILES));
-    // A hundredth of the surface of a can lies within a fiftieth of its width, twice 0.02 levels of 255.
-    assert!((1000.0..1010.0).contains(&black) && (1245.0..1256.0).contains(&white), "{black} {white}");
+    // However the can is turned, more than a hundredth of its surface lies within a tenth of its width, 25 levels.
+    assert!((1000.0..1025.0).contains(&black) && (1230.0..1256.0).contains(&white), "{black} {white}");
     let (deviations, colours) = (&found.deviations, found.scan_colours.as_ref().unwrap());
     let mut off = 0;
     for i in (0..deviations.texels.len()).filter(|i| colours.texels[*i].is_some()) {
@@ -104,17 +104,21 @@ fn intensities_are_greys_between_percentiles_and_colours_go_before() {
         assert!(r == g && g == b);
     }
     // Some texels are beside the mirrors.
-    assert!(off < 200, "{off}");
-    scan.attributes.intensities.fill(f32::NAN);
-    assert_eq!(measured(&program, pose, &scan, DistanceKind::Normal).report.colour, None);
-    scan.attributes.intensities.fill(0.0);
-    scan.attributes.colours = vec![[7; 3]; scan.mesh.positions.len()];
-    let found = measured(&program, pose, &scan, DistanceKind::Normal);
-    assert!(found.report.colour.is_none() && found.scan_colours.is_none(), "fields that nobody filled");
-    scan.attributes.intensities[0] = 1.0;
-    scan.attributes.colours[0] = [8; 3];
-    let found = measured(&program, pose, &scan, DistanceKind::Normal);
-    assert_eq!(found.report.colour.unwrap().source, ColourSource::Colours);
+    assert!(off < 100, "{off}");
+}
+
+#[test]
+fn colours_go_before_intensities_and_fields_that_nobody_filled_are_none() {
+    let of = |colours: &[[u8; 3]], intensities: &[f32]| {
+        let attributes =
+            Attributes { colours: colours.to_vec(), intensities: intensities.to_vec(), ..Attributes::default() };
+        Tints::of(&attributes).map(|tints| matches!(tints, Tints::Colours(_)))
+    };
+    assert_eq!(of(&[], &[]), None);
+    assert_eq!(of(&[[7; 3]; 2], &[0.0; 2]), None);
+    assert_eq!(of(&[[7; 3]; 2], &[f32::NAN; 2]), None);
+    assert_eq!(of(&[[7; 3]; 2], &[0.0, 1.0]), Some(false));
+    assert_eq!(of(&[[7; 3], [8; 3]], &[0.0, 1.0]), Some(true));
 }
 
 #[test]
