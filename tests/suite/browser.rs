@@ -326,7 +326,7 @@ fn the_view_shows_the_scans_colours() {
     let shown = "new Promise(done => requestAnimationFrame(() => requestAnimationFrame(() => {
         const c = document.createElement('canvas'), canvas = document.getElementById('canvas');
         [c.width, c.height] = [canvas.width, canvas.height];
-        const context = c.getContext('2d');
+        const context = c.getContext('2d', { willReadFrequently: true });
         context.drawImage(canvas, 0, 0);
         const at = dx => [...context.getImageData(c.width / 2 + dx * c.height, c.height / 2, 1, 1).data].slice(0, 3);
         done([at(-0.2), at(0.2)]);
