@@ -6,7 +6,7 @@ use crate::export::report::{self, Figure, Report, Scripts, file_name};
 use crate::export::scale::Scale;
 use crate::export::surfels;
 use crate::export::svg::SectionDrawing;
-use crate::export::views::{CAPTIONS, MOST_SURFELS, OVERVIEW, VIEWS, Views};
+use crate::export::views::{CAPTIONS, COLOURED, MOST_SURFELS, OVERVIEW, VIEWS, Views};
 use crate::export::x3d::{self, X3dScene, metadata};
 use crate::export::{atomic, json, number, palette};
 use crate::fit::{self, AllowedDeviation, FitError, FitOptions, FitResult, FittedMeasure};
@@ -14,8 +14,8 @@ use crate::model::{EvaluationError, Model, Motion, Tessellation, divided};
 use crate::progress::Progress;
 use crate::scan::Scan;
 use crate::variance::{
-    Dimension, MeasureError, MeasureOptions, Measurement, ParameterCovariance, Reference, Tolerance, VarianceReport,
-    VerdictOptions, measure, require_what_scan_has,
+    ColourSource, Dimension, MeasureError, MeasureOptions, Measurement, ParameterCovariance, Reference, Tolerance,
+    VarianceReport, VerdictOptions, measure, require_what_scan_has,
 };
 use std::borrow::Cow;
 use std::path::Path;
@@ -205,6 +205,17 @@ impl Documents<'_> {
             number(self.measurement.report.max_distance)
         );
         let (model, scanned) = (figures(&model), figures(&scanned));
+        let coloured = views.colours.iter().map(palette::png).collect::<Result<Vec<_>, _>>()?;
+        let coloured = coloured.iter().zip(COLOURED).map(|(png, k)| Figure { caption: CAPTIONS[k], png });
+        let coloured: Vec<Figure<'_>> = coloured.collect();
+        let mut rows = vec![("Model in the colours of its deviations", &model[1..]), (&heading, &scanned)];
+        if let Some(colour) = self.measurement.report.colour.as_ref() {
+            let heading = match colour.source {
+                ColourSource::Colours => "Model in the scan's colours",
+                ColourSource::Intensities => "Model in the scan's intensities, as greys",
+            };
+            rows.push((heading, &coloured));
+        }
         Ok(report::write(&Report {
             title,
             record: self.measurement.report.provenance.as_ref(),
@@ -216,9 +227,11 @@ impl Documents<'_> {
             tessellation: &viewed(self.measurement),
             turned: self.upright.rotation,
             conformance_png: textures.conformance.as_deref(),
+            colour_png: textures.colour.as_deref(),
+            uncertainty_png: textures.uncertainty.as_deref(),
             scale: &textures.scale,
             picture: model.first().copied(),
-            pictures: &[("Model in the colours of its deviations", &model[1..]), (&heading, &scanned)],
+            pictures: &rows,
         }))
     }
 }

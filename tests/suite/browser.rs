@@ -1,5 +1,6 @@
 //! report.html in a browser: Chromium without a window, driven through the pipes of its DevTools protocol.
 
+use crate::scan_colours::{PLATE, write_plate};
 use crate::support::{example, gmlc, gmlc_in, json};
 use base64::Engine;
 use serde_json::{Value, json};
@@ -306,6 +307,42 @@ impl Browser {
         }
         means
     }
+}
+
+/// The view shows the scan's own colours in the place of the deviations: red grows from the left to the right of the
+/// plate. One of both at most is chosen.
+#[test]
+fn the_view_shows_the_scans_colours() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    let Some(mut browser) = Browser::start(at) else { return };
+    fs::write(at.join("plate.gml"), PLATE).expect("written");
+    write_plate(&at.join("scan.ply"), false, true);
+    gmlc(at, &["variance", "plate.gml", "scan.ply", "--resolution", "256", "--max-distance", "3mm", "-o", "out", "-q"]);
+    browser.width(1200);
+    browser.open(&at.join("out/report.html"));
+    browser.value("document.querySelector('#views button[value=top]').click()");
+    // The colours of the canvas left and right of its middle, in the middle of its height.
+    let shown = "new Promise(done => requestAnimationFrame(() => requestAnimationFrame(() => {
+        const c = document.createElement('canvas'), canvas = document.getElementById('canvas');
+        [c.width, c.height] = [canvas.width, canvas.height];
+        const context = c.getContext('2d', { willReadFrequently: true });
+        context.drawImage(canvas, 0, 0);
+        const at = dx => [...context.getImageData(c.width / 2 + dx * c.height, c.height / 2, 1, 1).data].slice(0, 3);
+        done([at(-0.2), at(0.2)]);
+    })))";
+    let red = |colours: &Value, k: usize| colours[k][0].as_f64().expect("a number");
+    let before = browser.value(shown);
+    browser.click("scan-coloured", [0.0, 0.0]);
+    let after = browser.value(shown);
+    assert!((red(&before, 1) - red(&before, 0)).abs() < 60.0, "{before}");
+    assert!(red(&after, 1) - red(&after, 0) > 60.0, "{after}");
+    let chosen = "['coloured', 'scan-coloured'].map(id => document.getElementById(id).checked)";
+    assert_eq!(browser.value(chosen), json!([false, true]));
+    browser.click("coloured", [0.0, 0.0]);
+    assert_eq!(browser.value(chosen), json!([true, false]));
+    assert_eq!(browser.value(shown), before, "the deviations are back");
+    assert!(browser.complaints().is_empty(), "{:?}", browser.complaints());
 }
 
 /// The width and the colours of a PNG file.

@@ -30,6 +30,7 @@ mod repl;
 #[cfg(unix)]
 mod robust;
 mod saved;
+mod scan_colours;
 mod search;
 mod several;
 #[cfg(unix)]

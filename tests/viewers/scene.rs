@@ -4,7 +4,7 @@
 
 use gml_runtime::export::measurement;
 use gml_runtime::export::picture::Picture;
-use gml_runtime::export::render::{self, DeviationColours, Layer, Paint, View};
+use gml_runtime::export::render::{self, Layer, Paint, TexelColours, View};
 use gml_runtime::export::report::{self, Figure, Report, Scripts};
 use gml_runtime::export::scale::Scale;
 use gml_runtime::export::x3d::{self, MetadataGroup, X3dScene};
@@ -55,8 +55,8 @@ fn a_scene_of_known_appearance() {
 
     let mut views = Vec::new();
     let scale = Scale::continuous(COLOUR_RANGE);
-    let colours = DeviationColours::new(&deviations, &scale);
-    let layer = Layer { mesh: &tessellation.mesh, paint: Paint::Deviations(&colours), opacity: 1.0 };
+    let colours = TexelColours::new(&deviations, &scale);
+    let layer = Layer { mesh: &tessellation.mesh, paint: Paint::Texels(&colours), opacity: 1.0 };
     for (name, view) in [("front", View::FRONT), ("back", View::BACK), ("top", View::TOP), ("inside", View::INSIDE)] {
         let picture = render::render(&[layer], &view, WIDTH, HEIGHT_IN_PIXELS);
         if name == "front" {
@@ -77,6 +77,8 @@ fn a_scene_of_known_appearance() {
         deviations: &deviations,
         tessellation: &tessellation,
         turned: Motion::IDENTITY.rotation,
+        colour_png: None,
+        uncertainty_png: None,
         conformance_png: None,
         scale: &scale,
         picture: views.first().map(|(caption, png)| Figure { caption, png }),

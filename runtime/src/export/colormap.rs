@@ -29,6 +29,10 @@ const BLUES: [[u8; 3]; 5] = [[243, 243, 243], [149, 205, 247], [69, 158, 238], [
 /// The same lightnesses on the outer side; hue from 45 to 22 degrees.
 const REDS: [[u8; 3]; 5] = [[243, 243, 243], [245, 180, 158], [228, 115, 91], [191, 55, 48], [136, 11, 30]];
 
+/// Anchors from 0 to 1 of what has no sign, with the same lightnesses; hue from 308 to 302 degrees, which no other
+/// scale or class has.
+const VIOLETS: [[u8; 3]; 5] = [[243, 243, 243], [213, 183, 240], [176, 127, 223], [133, 79, 189], [88, 43, 137]];
+
 /// The sRGB colour of a deviation relative to the scale's end: -1 (scan inside the model) is dark blue, 0 nearly white,
 /// 1 (scan outside) dark red; linear between anchors. Beyond the ends the end's colour; for NaN the grey of no data.
 #[must_use]
@@ -36,8 +40,19 @@ pub fn diverging(x: f64) -> [u8; 3] {
     if x.is_nan() {
         return NO_DATA;
     }
-    let anchors = if x < 0.0 { &BLUES } else { &REDS };
-    let place = x.abs().min(1.0) * 4.0;
+    between(if x < 0.0 { &BLUES } else { &REDS }, x.abs())
+}
+
+/// The sRGB colour of what has no sign, such as an uncertainty, relative to the scale's end: 0 is nearly white, 1 dark
+/// violet. Beyond the end the end's colour; for NaN the grey of no data.
+#[must_use]
+pub fn sequential(x: f64) -> [u8; 3] {
+    if x.is_nan() { NO_DATA } else { between(&VIOLETS, x.max(0.0)) }
+}
+
+/// A colour between evenly spaced anchors; beyond 1 the last one.
+fn between(anchors: &[[u8; 3]; 5], place: f64) -> [u8; 3] {
+    let place = place.min(1.0) * 4.0;
     let below = (place as usize).min(3);
     let share = place - below as f64;
     let mix = |k: usize| f64::from(anchors[below][k]) * (1.0 - share) + f64::from(anchors[below + 1][k]) * share;
@@ -53,19 +68,25 @@ pub fn stripes(x: usize, y: usize, period: usize) -> [u8; 3] {
 /// The sRGB colour of a texel whose deviation is drawn as `drawn` millimetres; that of its class if it has no distance.
 #[must_use]
 pub fn texel_colour(deviations: &Deviations, i: usize, drawn: f64, scale: &Scale) -> [u8; 3] {
-    match deviations.class(i) {
-        Class::Buried => BURIED,
-        Class::Filled => FILLED,
-        Class::Contradicted => CONTRADICTED,
-        Class::Ambiguous => AMBIGUOUS,
-        Class::NoData => NO_DATA,
-        Class::Measured | Class::Beyond | Class::FacingAway => scale.colour(drawn),
+    class_colour(deviations.class(i)).unwrap_or_else(|| scale.colour(drawn))
+}
+
+/// The sRGB colour of a class of texels without a distance; none of those that have one.
+#[must_use]
+pub fn class_colour(class: Class) -> Option<[u8; 3]> {
+    match class {
+        Class::Buried => Some(BURIED),
+        Class::Filled => Some(FILLED),
+        Class::Contradicted => Some(CONTRADICTED),
+        Class::Ambiguous => Some(AMBIGUOUS),
+        Class::NoData => Some(NO_DATA),
+        Class::Measured | Class::Beyond | Class::FacingAway => None,
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{AMBIGUOUS, CONTRADICTED, NO_DATA, NO_DATA_DARK, diverging, stripes};
+    use super::{AMBIGUOUS, CONTRADICTED, NO_DATA, NO_DATA_DARK, diverging, sequential, stripes};
 
     /// CIE lightness L* of an sRGB colour.
     fn lightness(rgb: [u8; 3]) -> f64 {
@@ -85,6 +106,8 @@ mod tests {
                 assert!((0.5..3.0).contains(&step), "step {step} at {}", side * a);
             }
             assert!((lightness(diverging(a)) - lightness(diverging(-a))).abs() < 6.0);
+            let step = lightness(sequential(a)) - lightness(sequential(b));
+            assert!((0.5..3.0).contains(&step), "step {step} at {a}");
         }
     }
 

@@ -9,6 +9,7 @@
 use super::atomic::{self, WriteError, without_path};
 use super::begun;
 use super::lock::locked;
+use super::measurement::{COLOUR, UNCERTAINTY, UNMATCHED};
 use super::views::{OVERVIEW, VIEWS};
 use super::x3d::SceneFormat;
 use std::fs::{self, File};
@@ -16,7 +17,8 @@ use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 /// The files of a result, by name; and those of maps of parameters, which begin and end so.
-const FILES: [&str; 28] = [
+const FILES: [&str; 31] = [
+    COLOUR,
     "colours.png",
     "conformance.png",
     "conformance.tif",
@@ -42,7 +44,9 @@ const FILES: [&str; 28] = [
     "section.svg",
     "significant.png",
     UNFINISHED,
-    "unmatched.ply",
+    UNCERTAINTY[0],
+    UNCERTAINTY[1],
+    UNMATCHED,
     FIGURES,
     VIEWS,
 ];

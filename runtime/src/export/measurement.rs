@@ -9,7 +9,8 @@ use super::palette;
 use super::picture::{self, Picture};
 use super::scale::Scale;
 use super::x3d::SceneFormat;
-use crate::variance::{DistanceTexture, Measurement, SIGN_CONVENTION, signed_distances};
+use crate::model::Texels;
+use crate::variance::{DistanceTexture, Measurement, SIGN_CONVENTION, Stretch, signed_distances};
 use std::path::Path;
 use thiserror::Error;
 
@@ -41,6 +42,10 @@ pub enum DocumentError {
 pub struct Textures {
     /// The probability of conformance in colours, in few pixels, if a part has a tolerance.
     pub conformance: Option<Vec<u8>>,
+    /// The scan's colours, in few pixels, if it has any.
+    pub colour: Option<Vec<u8>>,
+    /// The uncertainty of the distances in colours, in few pixels, if the scan is a cloud.
+    pub uncertainty: Option<Vec<u8>>,
     /// The colour scale.
     pub scale: Scale,
 }
@@ -61,6 +66,12 @@ pub struct Extras {
     /// How the X3D scene is encoded.
     pub scene: SceneFormat,
 }
+
+/// The texture of the scan's colours.
+pub const COLOUR: &str = "colour.png";
+
+/// The standard uncertainty of each texel's distance to a cloud, as a picture and without loss.
+pub const UNCERTAINTY: [&str; 2] = ["uncertainty.png", "uncertainty.tif"];
 
 /// Writes variance.json, the distances (coded and lossless), pictures, the meshes of what is unmatched and filled, and
 /// `extras` into a folder, which must exist. docs/output.md describes the files.
@@ -111,23 +122,59 @@ pub fn write(folder: &Path, measurement: &Measurement, extras: &Extras) -> Resul
     }
     exchange::write(folder, measurement, &extras.formats, &scale, &extras.parameters)?;
     let conformance = write_conformance(folder, measurement)?;
+    let colour = write_colour(folder, measurement)?;
+    let uncertainty = write_uncertainty(folder, measurement)?;
     json::write(&folder.join("variance.json"), report)?;
-    Ok(Textures { conformance, scale })
+    Ok(Textures { conformance, colour, uncertainty, scale })
 }
 
 /// Writes the probability of conformance as a picture and without loss, if a part has a tolerance. Returns the picture
 /// for a page.
 fn write_conformance(folder: &Path, measurement: &Measurement) -> Result<Option<Vec<u8>>, DocumentError> {
     let Measurement { deviations, conformance: Some(map), .. } = measurement else { return Ok(None) };
-    let texels = &deviations.texels;
-    let mut values = vec![f32::NAN; texels.width as usize * texels.height as usize];
-    texels.index.iter().zip(map).for_each(|(place, probability)| values[*place as usize] = *probability);
     let description = "probability that the surface at a texel is within the tolerance";
-    let tiff = image::tiff_f32(texels.width, texels.height, &values, description)?;
+    let tiff = tiff_of(&deviations.texels, map.iter().copied(), description)?;
     let picture = palette::png(&picture::conformance_picture(deviations, map))?;
     atomic::write(&folder.join("conformance.tif"), &tiff)?;
     atomic::write(&folder.join("conformance.png"), &picture)?;
     Ok(Some(palette::png(&picture::conformance_figure(deviations, map))?))
+}
+
+/// Writes the scan's colours as a texture, if it has any. Returns them in few pixels.
+fn write_colour(folder: &Path, measurement: &Measurement) -> Result<Option<Vec<u8>>, DocumentError> {
+    let Measurement { deviations, scan_colours: Some(colours), .. } = measurement else { return Ok(None) };
+    let comment = match &colours.summary.stretch {
+        None => "the scan's colours at the texels of distance.tif; no data where that has none".to_owned(),
+        Some(Stretch { black, white, .. }) => {
+            format!("the scan's intensities at the texels of distance.tif: {black} and less is black, {white} white")
+        }
+    };
+    let texture = picture::colour_texture(deviations, colours);
+    let (width, height) = (texture.width as u32, texture.height as u32);
+    let file = image::png_rgb(width, height, texture.pixels.as_flattened(), &[("Comment", &comment)])?;
+    atomic::write(&folder.join(COLOUR), &file)?;
+    Ok(Some(palette::png(&picture::colour_figure(deviations, colours))?))
+}
+
+/// Writes the uncertainty of the distances to a cloud as a picture and without loss. Returns the picture for a page.
+fn write_uncertainty(folder: &Path, measurement: &Measurement) -> Result<Option<Vec<u8>>, DocumentError> {
+    let Measurement { deviations, report, .. } = measurement;
+    let Some(cylinder) = &report.cylinder else { return Ok(None) };
+    let measured = |(i, u): (usize, &f32)| if deviations.along(i).is_nan() { f32::NAN } else { *u };
+    let values = deviations.uncertainty.iter().enumerate().map(measured);
+    let tiff = tiff_of(&deviations.texels, values, "standard uncertainty of the distance at a texel in mm")?;
+    let picture = palette::png(&picture::uncertainty_picture(deviations, cylinder))?;
+    for (name, file) in UNCERTAINTY.iter().zip([&picture, &tiff]) {
+        atomic::write(&folder.join(name), file)?;
+    }
+    Ok(Some(palette::png(&picture::uncertainty_figure(deviations, cylinder))?))
+}
+
+/// Values of the texels as a TIFF file, NaN beside them.
+fn tiff_of(texels: &Texels, of_texels: impl Iterator<Item = f32>, description: &str) -> Result<Vec<u8>, ImageError> {
+    let mut values = vec![f32::NAN; texels.width as usize * texels.height as usize];
+    texels.index.iter().zip(of_texels).for_each(|(place, value)| values[*place as usize] = value);
+    image::tiff_f32(texels.width, texels.height, &values, description)
 }
 
 /// A picture as a PNG file.

@@ -3,7 +3,7 @@
 use super::glyphs::{LEGIBLE, draw};
 use super::picture::legend::{self, Theme};
 use super::picture::{self, Picture};
-use super::render::{self, DeviationColours, Layer, Paint, View};
+use super::render::{self, Layer, Paint, TexelColours, View};
 use super::scale::Scale;
 use super::surfels;
 use crate::mesh::TriangleMesh;
@@ -53,6 +53,8 @@ pub struct Views {
     pub scan: Vec<Picture>,
     /// The model in the colours of its deviations.
     pub model: Vec<Picture>,
+    /// The model in the scan's colours, from the front and from the back; empty where it has none.
+    pub colours: Vec<Picture>,
     /// All of them, with keys.
     pub sheet: Picture,
     /// Scan, nominal shape and deviations side by side, above a legend.
@@ -66,8 +68,8 @@ impl Views {
     pub fn new(measurement: &Measurement, scan: &TriangleMesh, turned: &[[f64; 3]; 3], scale: &Scale) -> Self {
         let Measurement { tessellation, deviations, unmatched, .. } = measurement;
         let unmatched = &*surfels::shown(unmatched, MOST_SURFELS);
-        let colours = DeviationColours::new(deviations, scale);
-        let coloured = Layer { mesh: &tessellation.mesh, paint: Paint::Deviations(&colours), opacity: 1.0 };
+        let colours = TexelColours::new(deviations, scale);
+        let coloured = Layer { mesh: &tessellation.mesh, paint: Paint::Texels(&colours), opacity: 1.0 };
         let nominal = Layer { paint: Paint::Plain(NOMINAL_COLOUR), ..coloured };
         let clay = Layer { mesh: scan, paint: Paint::Plain(SCAN_COLOUR), opacity: 1.0 };
         let unmatched = Layer { mesh: unmatched, paint: Paint::Plain(UNMATCHED_COLOUR), opacity: 1.0 };
@@ -99,8 +101,27 @@ impl Views {
         let model = pictures.split_off(CAPTIONS.len());
         let layers: [&[Layer<'_>]; 3] = [&[clay, unmatched], &[nominal], &[coloured]];
         let overview = overview(&layers, &views[0], measurement, scale);
-        Self { scan: pictures, model, sheet, overview }
+        let colours = in_scan_colours(measurement, COLOURED.map(|k| &views[k]));
+        Self { scan: pictures, model, colours, sheet, overview }
     }
+}
+
+/// The views in the scan's colours, by numbers of [`CAPTIONS`].
+pub const COLOURED: [usize; 2] = [0, 2];
+
+/// The model in the scan's colours, if it has any.
+fn in_scan_colours(measurement: &Measurement, views: [&View; 2]) -> Vec<Picture> {
+    let Measurement { tessellation, deviations, scan_colours: Some(colours), .. } = measurement else {
+        return Vec::new();
+    };
+    let colours = TexelColours::of_scan(deviations, colours);
+    let layer = Layer { mesh: &tessellation.mesh, paint: Paint::Texels(&colours), opacity: 1.0 };
+    let (mut pictures, pixels) = render::pictures(&[&[layer]], &views.map(|view| *view), SIZE);
+    for (picture, k) in pictures.iter_mut().zip(COLOURED) {
+        render::name(picture, CAPTIONS[k]);
+        render::bar(picture, pixels);
+    }
+    pictures
 }
 
 /// The colour behind keys, in which a swatch is not seen.

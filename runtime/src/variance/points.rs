@@ -8,7 +8,7 @@ use super::surface::{Parametrised, target};
 use crate::bvh::Bvh;
 use crate::feet::signed::{Place, SignedFoot};
 use crate::mesh::TriangleMesh;
-use crate::scan::{Scan, ScanParts};
+use crate::scan::{Attributes, Scan, ScanParts};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::FRAC_PI_2;
@@ -90,6 +90,10 @@ pub struct MeasuredPoints {
     pub facing_away: Vec<bool>,
     /// Of which scan each is, where several were put together.
     pub parts: ScanParts,
+    /// The scan's colours, in sRGB; as many as points, or none.
+    pub colours: Vec<[u8; 3]>,
+    /// The scan's intensities, likewise.
+    pub intensities: Vec<f32>,
 }
 
 impl MeasuredPoints {
@@ -181,12 +185,9 @@ impl PointFeet {
         let distance = |foot: &SignedFoot| PointDistance { distance: foot.distance, part: foot.part };
         let distances: Vec<Option<PointDistance>> = self.feet.iter().map(|foot| foot.as_ref().map(distance)).collect();
         let facing_away = self.facing_away.clone();
-        let measured = MeasuredPoints {
-            positions: scan.mesh.positions.clone(),
-            distances,
-            facing_away,
-            parts: scan.attributes.parts.clone(),
-        };
+        let Attributes { colours, intensities, parts: scans, .. } = scan.attributes.clone();
+        let positions = scan.mesh.positions.clone();
+        let measured = MeasuredPoints { positions, distances, facing_away, parts: scans, colours, intensities };
         let all = measured.positions.iter().zip(&measured.distances);
         let all: Vec<([f64; 3], PointDistance)> = all.filter_map(|(place, d)| Some((*place, (*d)?))).collect();
         let mut of_parts = vec![Vec::new(); parts.names.len()];

@@ -5,9 +5,9 @@ use super::moments::null_as_nan;
 use super::statistics::PartTexels;
 use super::texel_widths::TexelSizes;
 use super::{
-    Conformance, CylinderSummary, DatumRelations, Detection, Deviations, DimensionVerdict, Explanation, FormDeviation,
-    HoleSummary, Matching, OverallVerdict, Peak, PointDistances, PointMeasure, Statistics, Tolerance, UnmatchedSummary,
-    Verdict,
+    ColourSummary, Conformance, CylinderSummary, DatumRelations, Detection, Deviations, DimensionVerdict, Explanation,
+    FormDeviation, HoleSummary, Matching, OverallVerdict, Peak, PointDistances, PointMeasure, Statistics, Tolerance,
+    UnmatchedSummary, Verdict,
 };
 use crate::model::{SensitivityMap, Texels};
 use crate::record::Record;
@@ -41,6 +41,9 @@ pub struct VarianceReport {
     /// The cylinders about the normals whose points have the distances, if the scan is a cloud: no rays were cast then.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cylinder: Option<CylinderSummary>,
+    /// How the colours of colour.png were made, if the scan has colours or intensities.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub colour: Option<ColourSummary>,
     /// Length of the rays. Millimetres.
     pub max_distance: f64,
     /// Standard deviation of the noise of the scan's points along the surface's normals. Millimetres.
@@ -239,6 +242,7 @@ impl VarianceReport {
             spikes: 0,
             averaging_width: None,
             cylinder: None,
+            colour: None,
             max_distance: range,
             noise: deviations.noise,
             device: device.to_owned(),

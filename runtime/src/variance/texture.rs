@@ -118,8 +118,9 @@ fn code(outward: f32, inward: f32, byte: &(dyn Fn(f64) -> u8 + Sync)) -> [u8; 3]
     [byte(outward), byte(inward), flags]
 }
 
-/// Gives uncovered texels the value of the nearest covered one, ring by ring.
-fn dilate(values: &mut [[u8; 3]], covered: &mut [bool], width: usize) {
+/// Gives uncovered texels the value of the nearest covered one, ring by ring, up to [`GUTTER`] texels away. `width` is
+/// that of a row.
+pub(crate) fn dilate(values: &mut [[u8; 3]], covered: &mut [bool], width: usize) {
     if width == 0 {
         return;
     }

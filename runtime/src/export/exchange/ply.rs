@@ -11,8 +11,8 @@ use std::path::Path;
 
 /// Writes the scan's points to a file: x, y and z in millimetres; the signed `distance`, NaN where there is none; the
 /// number of the `part`, -1 where there is none; both again, and the number of the class, under names that other tools
-/// know; of several scans that were put together the number of the point's own. Comments have the names of the parts, of
-/// the classes and of the scans.
+/// know; `intensity`, and `red`, `green` and `blue`, if the scan has them; of several scans that were put together the
+/// number of the point's own. Comments have the names of the parts, of the classes and of the scans.
 ///
 /// # Errors
 /// See [`atomic::write_with`].
@@ -38,6 +38,12 @@ pub fn write_points_to(out: &mut dyn Write, points: &MeasuredPoints, parts: &[St
     if !scans.of_points.is_empty() {
         writeln!(out, "property int scalar_scan")?;
     }
+    if !points.intensities.is_empty() {
+        writeln!(out, "property float intensity")?;
+    }
+    if !points.colours.is_empty() {
+        writeln!(out, "property uchar red\nproperty uchar green\nproperty uchar blue")?;
+    }
     writeln!(out, "end_header")?;
     for (i, position) in points.positions.iter().enumerate() {
         let (distance, part) = of_point(points, i);
@@ -51,6 +57,12 @@ pub fn write_points_to(out: &mut dyn Write, points: &MeasuredPoints, parts: &[St
         out.write_all(&(distance as f32).to_le_bytes())?;
         if let Some(scan) = scans.of_points.get(i) {
             out.write_all(&scan.to_le_bytes())?;
+        }
+        if let Some(intensity) = points.intensities.get(i) {
+            out.write_all(&intensity.to_le_bytes())?;
+        }
+        if let Some(colour) = points.colours.get(i) {
+            out.write_all(colour)?;
         }
     }
     Ok(())

@@ -4,7 +4,8 @@ use super::*;
 use crate::export::scale::Scale;
 use crate::mesh::{Group, TriangleMesh};
 use crate::model::{Tessellation, Texels};
-use crate::scan::{ScanParts, ScanSource};
+use crate::progress::Silent;
+use crate::scan::{self, ReadOptions, ScanParts, ScanSource};
 use crate::variance::{Deviations, PointDistance, VarianceReport};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -52,11 +53,13 @@ fn measurement() -> Measurement {
         distances: vec![measured(0.125, 1), None, None],
         facing_away: vec![false, true, false],
         parts: ScanParts::default(),
+        colours: Vec::new(),
+        intensities: Vec::new(),
     };
     let tessellation = Tessellation { mesh, ..Tessellation::default() };
     let (unmatched, filled, conformance) = (TriangleMesh::default(), None, None);
     let displayed = tessellation.clone();
-    let sensitivity_maps = None;
+    let (sensitivity_maps, scan_colours) = (None, None);
     Measurement {
         tessellation,
         displayed,
@@ -67,6 +70,7 @@ fn measurement() -> Measurement {
         filled,
         conformance,
         sensitivity_maps,
+        scan_colours,
     }
 }
 
@@ -114,6 +118,18 @@ fn scalars_of_ply() {
     assert_eq!((record(0)[44], &record(0)[45..]), (1, distance));
     assert_eq!((i32::from_le_bytes(record(1)[32..36].try_into().expect("4 bytes")), record(1)[44]), (-1, 7));
     assert_eq!(record(2)[44], 6);
+    let own = MeasuredPoints {
+        colours: vec![[1, 2, 3], [4, 5, 6], [7, 8, 9]],
+        intensities: vec![0.5, 1.5, 2.5],
+        ..measurement.points.clone()
+    };
+    let mut out = Vec::new();
+    write_points_to(&mut out, &own, &names()).expect("written");
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("points.ply");
+    std::fs::write(&path, &out).expect("written");
+    let read = scan::load(&path, &ReadOptions::default(), &Silent).expect("a cloud").attributes;
+    assert_eq!((read.colours, read.intensities), (own.colours, own.intensities), "the scan's own are read back");
     let mut out = Vec::new();
     ply::write_surface(&mut out, &MeasuredSurface::new(&measurement, &Scale::continuous(1.0)), &names())
         .expect("written");

@@ -53,6 +53,12 @@ pub(super) fn write_points(out: &mut dyn Write, points: &MeasuredPoints, parts: 
     if !points.parts.of_points.is_empty() {
         array(out, "scan", 1, &points.parts.of_points.iter().map(|scan| *scan as i32).collect::<Vec<_>>())?;
     }
+    if !points.intensities.is_empty() {
+        array(out, "intensity", 1, &points.intensities)?;
+    }
+    if !points.colours.is_empty() {
+        array(out, "colour", 3, points.colours.as_flattened())?;
+    }
     writeln!(out, "      </PointData>\n      <CellData/>")?;
     places(out, &points.positions)?;
     cells(out, "Verts", &(0..count as i64).collect::<Vec<_>>(), 1)?;

@@ -2,11 +2,15 @@
 
 pub(super) mod legend;
 pub(super) mod names;
+mod scanned;
 mod texture;
+mod uncertainty;
 
+pub use scanned::{colour_figure, colour_texture};
 pub use texture::{
     conformance_figure, conformance_picture, deviation_picture, sensitivity_picture, significance_picture,
 };
+pub use uncertainty::{uncertainty_figure, uncertainty_picture};
 
 /// A picture in sRGB.
 #[derive(Clone, Debug, PartialEq, Eq)]

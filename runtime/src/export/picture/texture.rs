@@ -11,7 +11,7 @@ use crate::variance::{Class, Deviations, SensitivityRange};
 
 /// The least width of a picture with a legend, and that for which the least letters are meant; wider pictures have
 /// larger ones, since they are shown smaller.
-const WIDTH: usize = 512;
+pub(super) const WIDTH: usize = 512;
 
 /// The texture with every texel in the colour of its signed distance, striped where there is no data, with the names of
 /// the parts; below it a legend with the scale, its unit, what its ends mean, and the histogram of the deviations.
@@ -103,17 +103,17 @@ fn texel_picture(
 }
 
 /// Pixels a dot of the letters in a picture of this width.
-fn letters(width: usize) -> usize {
+pub(super) fn letters(width: usize) -> usize {
     LEGIBLE.max(width / WIDTH)
 }
 
 /// The period of the stripes in a picture of this width, in pixels.
-fn period(width: usize) -> usize {
+pub(super) fn period(width: usize) -> usize {
     (width / 85).max(6)
 }
 
 /// A map above its legend, which is made for the width of both.
-fn with_legend(map: Picture, legend: impl Fn(usize) -> Picture) -> Picture {
+pub(super) fn with_legend(map: Picture, legend: impl Fn(usize) -> Picture) -> Picture {
     let legend = legend(map.width.max(WIDTH));
     let mut picture = Picture::new(legend.width, map.height + legend.height, Theme::DARK.paper);
     picture.put(&map, 0, 0);

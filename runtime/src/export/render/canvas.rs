@@ -127,7 +127,7 @@ fn corners(layer: &Layer<'_>, camera: &Camera, triangle: [u32; 3]) -> Option<[Co
             colour: match layer.paint {
                 Paint::Plain(colour) => colour.map(f32::from),
                 Paint::Vertices(colours) => colours.get(v).map_or(grey, |c| c.map(f32::from)),
-                Paint::Deviations(_) => grey,
+                Paint::Texels(_) => grey,
             },
         }
     };
@@ -138,7 +138,7 @@ fn corners(layer: &Layer<'_>, camera: &Camera, triangle: [u32; 3]) -> Option<[Co
 fn shade(corners: &[Corner; 3], w: [f32; 3], paint: Paint<'_>, [x, y]: [usize; 2]) -> [u8; 3] {
     let mixed = |f: &dyn Fn(&Corner) -> f32| w[0] * f(&corners[0]) + w[1] * f(&corners[1]) + w[2] * f(&corners[2]);
     let base = match paint {
-        Paint::Deviations(colours) => {
+        Paint::Texels(colours) => {
             let (s, t) = (mixed(&|c| c.texcoord[0]), mixed(&|c| c.texcoord[1]));
             colours.at(s, t).unwrap_or_else(|| stripes(x, y, STRIPES)).map(f32::from)
         }

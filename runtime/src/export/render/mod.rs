@@ -9,7 +9,7 @@ mod tests;
 mod view;
 
 pub use axis::cut_open;
-pub use paint::{DeviationColours, Paint};
+pub use paint::{Paint, TexelColours};
 pub use view::{Cut, View};
 
 use super::glyphs::{GLYPH_HEIGHT, LEGIBLE, draw, text_width};

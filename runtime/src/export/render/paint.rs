@@ -1,8 +1,8 @@
 //! The colours of a surface.
 
-use crate::export::colormap::texel_colour;
+use crate::export::colormap::class_colour;
 use crate::export::scale::Scale;
-use crate::variance::{Class, Deviations};
+use crate::variance::{Class, Deviations, ScanColours};
 
 /// The distance beyond a chart within which its texels count: the width of the gutters between charts.
 const REACH: isize = 2;
@@ -14,13 +14,13 @@ pub enum Paint<'a> {
     Plain([u8; 3]),
     /// A colour for every vertex; grey where there are fewer.
     Vertices(&'a [[u8; 3]]),
-    /// The colours of the deviations, by the surface's texture coordinates; stripes where there is no data.
-    Deviations(&'a DeviationColours),
+    /// The colours of the texels, by the surface's texture coordinates; stripes where there is no data.
+    Texels(&'a TexelColours),
 }
 
-/// Deviations as colours, texel by texel.
+/// Deviations, or what else texels have, as colours.
 #[derive(Clone, Debug)]
-pub struct DeviationColours {
+pub struct TexelColours {
     width: usize,
     height: usize,
     /// Row by row from the top.
@@ -36,18 +36,28 @@ enum Texel {
     Colour([u8; 3]),
 }
 
-impl DeviationColours {
-    /// Colours on a scale.
+impl TexelColours {
+    /// Deviations on a scale.
     #[must_use]
     pub fn new(deviations: &Deviations, scale: &Scale) -> Self {
+        Self::of(deviations, |i| Some(scale.colour(f64::from(deviations.signed(i)))))
+    }
+
+    /// The scan's colours.
+    #[must_use]
+    pub fn of_scan(deviations: &Deviations, colours: &ScanColours) -> Self {
+        Self::of(deviations, |i| colours.texels.get(i).copied().flatten())
+    }
+
+    /// `measured` has the colour of a texel with a distance, or says that there is no data.
+    fn of(deviations: &Deviations, measured: impl Fn(usize) -> Option<[u8; 3]>) -> Self {
         let texels = &deviations.texels;
         let (width, height) = (texels.width as usize, texels.height as usize);
         let mut found = vec![Texel::Beside; width * height];
         for (i, &index) in texels.index.iter().enumerate() {
-            found[index as usize] = match deviations.class(i) {
-                Class::NoData => Texel::NoData,
-                _ => Texel::Colour(texel_colour(deviations, i, f64::from(deviations.signed(i)), scale)),
-            };
+            let colour = class_colour(deviations.class(i)).or_else(|| measured(i));
+            let is_striped = deviations.class(i) == Class::NoData;
+            found[index as usize] = colour.filter(|_| !is_striped).map_or(Texel::NoData, Texel::Colour);
         }
         Self { width, height, texels: found }
     }

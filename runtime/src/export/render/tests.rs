@@ -1,4 +1,4 @@
-use super::{BACKGROUND, Cut, DeviationColours, INK, Layer, Paint, View, cut_open, pictures, render};
+use super::{BACKGROUND, Cut, INK, Layer, Paint, TexelColours, View, cut_open, pictures, render};
 use crate::export::colormap::diverging;
 use crate::export::picture::Picture;
 use crate::export::scale::Scale;
@@ -209,13 +209,13 @@ fn deviations_lie_where_their_texels_are() {
         part_names: vec!["a".to_owned()],
     };
     let deviations = Deviations::new(texels, 2.0, vec![1.0, f32::NAN, f32::NAN], vec![f32::NAN, f32::NAN, 1.0]);
-    let colours = DeviationColours::new(&deviations, &Scale::continuous(1.0));
+    let colours = TexelColours::new(&deviations, &Scale::continuous(1.0));
     assert_eq!(colours.at(0.1, 0.9), Some(diverging(1.0)));
     assert_eq!(colours.at(0.9, 0.9), None);
     assert_eq!(colours.at(0.9, 0.1), Some(diverging(-1.0)));
     assert_eq!(colours.at(0.1, 0.1), Some(diverging(1.0)), "of equally near texels the first");
     let mesh = square(0.0);
-    let picture = render(&[opaque(&mesh, Paint::Deviations(&colours))], &View::TOP, 40, 40);
+    let picture = render(&[opaque(&mesh, Paint::Texels(&colours))], &View::TOP, 40, 40);
     let (upper_left, lower_right) = (picture.pixels[10 * 40 + 10], picture.pixels[30 * 40 + 30]);
     assert!(upper_left[0] > 2 * upper_left[2] && lower_right[2] > 2 * lower_right[0]);
 }

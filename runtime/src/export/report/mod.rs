@@ -10,6 +10,7 @@ mod origin;
 mod pack;
 mod relations;
 mod rounding;
+mod scanned;
 mod spread;
 mod summary;
 mod surface;
@@ -67,6 +68,10 @@ pub struct Report<'a> {
     pub turned: [[f64; 3]; 3],
     /// The probability of conformance in colours as a PNG file, if a part has a tolerance.
     pub conformance_png: Option<&'a [u8]>,
+    /// The scan's colours at the texels as a PNG file in the frame of the texture, if it has any.
+    pub colour_png: Option<&'a [u8]>,
+    /// The uncertainty of the distances in colours as a PNG file, if the scan is a cloud.
+    pub uncertainty_png: Option<&'a [u8]>,
     /// The colour scale.
     pub scale: &'a Scale,
     /// The picture that stands beside the verdict.
@@ -94,7 +99,7 @@ pub fn write(report: &Report<'_>) -> String {
         _ => "along the normal",
     };
     let filled = report.variance.holes.as_ref().map_or("", |_| ", olive where a hole of it was closed");
-    let insertions: [(&str, String); 31] = [
+    let insertions: [(&str, String); 34] = [
         ("title", escape(report.title)),
         ("style", include_str!("style.css").to_owned()),
         ("facts", summary::facts(report)),
@@ -116,6 +121,9 @@ pub fn write(report: &Report<'_>) -> String {
         ("step", tables::number(step)),
         ("range", number(report.scale.end)),
         ("conformance", report.conformance_png.map_or_else(String::new, conformance)),
+        ("colour", scanned::colours(report)),
+        ("uncertainty", report.uncertainty_png.map_or_else(String::new, scanned::uncertainty)),
+        ("scan_colours", scanned::control(report)),
         ("texel_data", surface::texels(report.deviations, step)),
         ("provenance", origin::origin(report)),
         ("mesh", surface::mesh(&report.tessellation.mesh)),

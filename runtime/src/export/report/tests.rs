@@ -147,6 +147,8 @@ fn page_with(deviations: &Deviations, variance: &VarianceReport) -> String {
         deviations,
         tessellation: &tessellation(),
         turned: Motion::IDENTITY.rotation,
+        colour_png: None,
+        uncertainty_png: None,
         conformance_png: variance.verdict.as_ref().map(|_| &b"map"[..]),
         scale: &Scale::new(variance, Some(0.5)),
         picture: Some(Figure { caption: "front", png: b"one" }),

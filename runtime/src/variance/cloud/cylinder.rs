@@ -1,6 +1,6 @@
 //! The distance at a texel, of the points in a cylinder about its normal.
 
-use super::{Cloud, CylinderSummary, SAME_FACE};
+use super::{Cloud, SAME_FACE};
 use crate::model::Texels;
 use crate::robust::{MAD_TO_SD, median};
 use crate::variance::{Deviations, DistanceKind};
@@ -14,7 +14,7 @@ use std::f64::consts::PI;
 const RADIUS: f64 = 2.2;
 
 /// The fewest points that have a distance: a plane takes three of them, and as many say how far they scatter.
-const FEWEST: usize = 6;
+pub(super) const FEWEST: usize = 6;
 
 /// Nothing was measured where the nearest point is farther aside than so many spacings: of points spread by chance one
 /// place in 3,000 is.
@@ -41,7 +41,7 @@ const PRIOR: f64 = 4.0;
 
 /// What a distance stands on.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Found {
+pub(super) struct Found<T> {
     /// Signed height of the scan over the model, perpendicular to it. Millimetres.
     pub(super) height: f64,
     /// Its standard uncertainty by the scatter of the points. Millimetres.
@@ -50,51 +50,82 @@ pub(super) struct Found {
     pub(super) slope: f64,
     /// The number of points.
     pub(super) points: usize,
+    /// What is made of them.
+    pub(super) tint: T,
 }
 
 /// The sheets nearest to a texel, outside and inside of the model, and the radius of the cylinder. Millimetres.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Sheets {
-    pub(super) outward: Option<Found>,
-    pub(super) inward: Option<Found>,
+pub(super) struct Sheets<T> {
+    pub(super) outward: Option<Found<T>>,
+    pub(super) inward: Option<Found<T>>,
     pub(super) radius: f64,
 }
 
-impl Sheets {
+impl<T: Copy> Sheets<T> {
     /// The nearer of the two.
-    fn nearest(&self) -> Option<Found> {
+    fn nearest(&self) -> Option<Found<T>> {
         [self.outward, self.inward].into_iter().flatten().min_by(|a, b| a.height.abs().total_cmp(&b.height.abs()))
     }
 }
 
 /// A point in a cylinder.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Sample {
+pub(in crate::variance) struct Sample {
     /// Where it is across the normal, in units of the cylinder's radius.
     pub(super) at: DVec2,
     /// Millimetres.
     pub(super) height: f64,
+    /// Index of the scan's point.
+    pub(in crate::variance) point: u32,
+}
+
+impl Sample {
+    /// Its weight in the plane through all points: from 1 at the axis to 0 at the rim.
+    pub(in crate::variance) fn weight(&self) -> f64 {
+        (1.0 - self.at.length_squared()).max(0.0)
+    }
+}
+
+/// What was found in the cylinders of all texels.
+pub(in crate::variance) struct Cylinders<T> {
+    pub(in crate::variance) deviations: Deviations,
+    /// Radii, and numbers of points, of the cylinders that have a distance. Millimetres.
+    pub(in crate::variance) radii: Vec<f64>,
+    pub(in crate::variance) points: Vec<f64>,
+    /// By texel, what was made of the points that its distance is from; the default where it has none.
+    pub(in crate::variance) tints: Vec<T>,
+}
+
+impl<T> Cylinders<T> {
+    /// The distances, and apart from them what was made of the points.
+    pub(in crate::variance) fn without_tints(self) -> (Cylinders<()>, Vec<T>) {
+        let Self { deviations, radii, points, tints } = self;
+        (Cylinders { deviations, radii, points, tints: Vec::new() }, tints)
+    }
 }
 
 /// Distances from texels to a cloud, along their normals, or to the nearest points of the planes through the cylinders'
 /// points. `cosine` has the cosines of the angles by which averaged normals turned; `noise` is the standard deviation
-/// of the points along the normals, in millimetres.
-pub(in crate::variance) fn cylinders(
+/// of the points along the normals, in millimetres. `tint` makes something of the points of a distance.
+pub(in crate::variance) fn cylinders<T: Copy + Default + Send + Sync>(
     texels: Texels,
     cloud: &Cloud<'_>,
     kind: DistanceKind,
     cosine: Vec<f32>,
     [max_distance, noise]: [f64; 2],
-) -> (Deviations, CylinderSummary) {
+    tint: &(impl Fn(&[Sample]) -> T + Sync),
+) -> Cylinders<T> {
     let of_texel = |i: usize| {
         let turned = f64::from(cosine.get(i).copied().unwrap_or(1.0));
         let normal = DVec3::from(texels.normal[i].map(f64::from)).try_normalize();
         let place = DVec3::from(texels.position[i]);
-        let sheets = normal.filter(|_| place.is_finite()).map(|normal| cloud.sheets(place, normal, turned, noise));
+        let sheets =
+            normal.filter(|_| place.is_finite()).map(|normal| cloud.sheets(place, normal, [turned, noise], tint));
         (sheets.unwrap_or_default(), turned)
     };
-    let sheets: Vec<(Sheets, f64)> = (0..texels.len()).into_par_iter().map(of_texel).collect();
-    let distance = |found: Option<Found>, turned: f64| {
+    let sheets: Vec<(Sheets<T>, f64)> = (0..texels.len()).into_par_iter().map(of_texel).collect();
+    let distance = |found: Option<Found<T>>, turned: f64| {
         let Some(Found { height, slope, .. }) = found else { return f32::NAN };
         let distance = match kind {
             DistanceKind::Normal => height.abs(),
@@ -105,19 +136,27 @@ pub(in crate::variance) fn cylinders(
     };
     let outward: Vec<f32> = sheets.iter().map(|(sheets, turned)| distance(sheets.outward, *turned)).collect();
     let inward: Vec<f32> = sheets.iter().map(|(sheets, turned)| distance(sheets.inward, *turned)).collect();
-    let nearest: Vec<Option<Found>> = sheets.iter().map(|(sheets, _)| sheets.nearest()).collect();
+    let nearest: Vec<Option<Found<T>>> = sheets.iter().map(|(sheets, _)| sheets.nearest()).collect();
     let uncertainty: Vec<f32> = nearest.iter().map(|f| f.map_or(f32::NAN, |f| f.uncertainty as f32)).collect();
     let radii = sheets.iter().zip(&nearest).filter(|(_, found)| found.is_some()).map(|((s, _), _)| s.radius).collect();
     let points = nearest.iter().flatten().map(|found| found.points as f64).collect();
-    let summary = CylinderSummary::new(radii, points, FEWEST, &uncertainty);
+    let tints = nearest.iter().map(|found| found.map_or_else(T::default, |found| found.tint)).collect();
     let precision = max_distance * f64::from(f32::EPSILON);
-    (Deviations { uncertainty, cosine, precision, ..Deviations::new(texels, max_distance, outward, inward) }, summary)
+    let deviations =
+        Deviations { uncertainty, cosine, precision, ..Deviations::new(texels, max_distance, outward, inward) };
+    Cylinders { deviations, radii, points, tints }
 }
 
 impl Cloud<'_> {
     /// What of the cloud is over and under a place with an outward normal. `turned` is the cosine of the angle between
     /// this and the surface's own. Millimetres.
-    pub(super) fn sheets(&self, place: DVec3, normal: DVec3, turned: f64, noise: f64) -> Sheets {
+    fn sheets<T: Copy + Default>(
+        &self,
+        place: DVec3,
+        normal: DVec3,
+        [turned, noise]: [f64; 2],
+        tint: &impl Fn(&[Sample]) -> T,
+    ) -> Sheets<T> {
         // Cosine of the sum of the two angles.
         let limit = match turned < 1.0 {
             true => SAME_FACE * turned - ((1.0 - SAME_FACE * SAME_FACE) * (1.0 - turned * turned)).max(0.0).sqrt(),
@@ -136,7 +175,7 @@ impl Cloud<'_> {
                 directions.push(at.y.atan2(at.x));
             }
             if along >= limit {
-                samples.push(Sample { at, height: self.feet.heights[k] });
+                samples.push(Sample { at, height: self.feet.heights[k], point: self.feet.points[k] });
             }
         });
         if samples.len() < FEWEST || largest_gap(&mut directions) >= ALL_ABOUT {
@@ -147,7 +186,7 @@ impl Cloud<'_> {
         let mut sheets = Sheets { radius, ..Sheets::default() };
         for sheet in samples.chunk_by(|a, b| b.height - a.height <= apart) {
             let nearest = sheet.iter().map(|s| s.at.length()).fold(f64::INFINITY, f64::min);
-            let Some(found) = plane_at_axis(sheet, noise).filter(|_| nearest * radius <= GAP * spacing) else {
+            let Some(found) = plane_at_axis(sheet, noise, tint).filter(|_| nearest * radius <= GAP * spacing) else {
                 continue;
             };
             match found.height >= 0.0 {
@@ -171,14 +210,14 @@ fn largest_gap(directions: &mut [f64]) -> f64 {
 
 /// The height at the axis of the plane that fits points best, with weights that fall from 1 at the axis to 0 at the
 /// rim, outliers left out; its slope is in millimetres a radius. None where points are too few, or on one side so that
-/// the height is less certain than that of a single point.
-pub(super) fn plane_at_axis(samples: &[Sample], noise: f64) -> Option<Found> {
+/// the height is less certain than that of a single point. `tint` makes something of those that are not left out.
+pub(super) fn plane_at_axis<T>(samples: &[Sample], noise: f64, tint: &impl Fn(&[Sample]) -> T) -> Option<Found<T>> {
     let mut kept: Vec<Sample> = samples.to_vec();
     for round in 0.. {
         if kept.len() < FEWEST {
             return None;
         }
-        let weights: Vec<f64> = kept.iter().map(|s| (1.0 - s.at.length_squared()).max(0.0)).collect();
+        let weights: Vec<f64> = kept.iter().map(Sample::weight).collect();
         let (mut matrix, mut squared, mut right) = (Matrix3::zeros(), Matrix3::zeros(), Vector3::zeros());
         for (sample, w) in kept.iter().zip(&weights) {
             let row = Vector3::new(1.0, sample.at.x, sample.at.y);
@@ -211,7 +250,7 @@ pub(super) fn plane_at_axis(samples: &[Sample], noise: f64) -> Option<Found> {
         let uncertainty = (leverage * variance).sqrt();
         let is_sound = leverage < 1.0 && plane[0].is_finite() && uncertainty.is_finite();
         let slope = plane[1].hypot(plane[2]);
-        return is_sound.then_some(Found { height: plane[0], uncertainty, slope, points: count });
+        return is_sound.then(|| Found { height: plane[0], uncertainty, slope, points: count, tint: tint(&kept) });
     }
     None
 }

@@ -19,7 +19,7 @@ mod summary;
 mod tests;
 mod unmatched;
 
-pub(super) use cylinder::cylinders;
+pub(super) use cylinder::{Cylinders, Sample, cylinders};
 pub(super) use facings::facings;
 pub(super) use free_space::contradicted;
 pub use summary::CylinderSummary;

@@ -1,7 +1,12 @@
 //! How the distances to a cloud were measured.
 
+use super::cylinder::FEWEST;
 use crate::robust::median;
+use crate::variance::Deviations;
 use serde::{Deserialize, Serialize};
+
+/// The share of the distances that are more certain than the percentile that is stated.
+const HIGH: f64 = 0.95;
 
 /// The cylinders about the texels' normals whose points have the distances to a cloud.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -15,6 +20,12 @@ pub struct CylinderSummary {
     /// Standard uncertainty of a distance by the scatter of its points: root mean square over the texels that have one.
     /// Millimetres.
     pub uncertainty: f64,
+    /// The median of these. Millimetres.
+    #[serde(default)]
+    pub uncertainty_median: f64,
+    /// Their 95th percentile. Millimetres.
+    #[serde(default)]
+    pub uncertainty_p95: f64,
 }
 
 impl CylinderSummary {
@@ -23,23 +34,34 @@ impl CylinderSummary {
     pub fn sentence(&self, number: impl Fn(f64) -> String) -> String {
         format!(
             "the scan is a cloud of points: distances are those of the points in cylinders about the normals (radius {} mm, {} \
-             points, half of them more; with fewer than {} there is none), each with a standard uncertainty of {} mm by their scatter",
+             points, half of them more; with fewer than {} there is none), each with a standard uncertainty of {} mm by their scatter \
+             (median {} mm, 95th percentile {} mm)",
             number(self.radius),
             number(self.points),
             self.fewest,
-            number(self.uncertainty)
+            number(self.uncertainty),
+            number(self.uncertainty_median),
+            number(self.uncertainty_p95)
         )
     }
 
-    /// Of the radii and numbers of points of the texels that have a distance; `uncertainty` is NaN at others.
-    pub(super) fn new(mut radii: Vec<f64>, mut points: Vec<f64>, fewest: usize, uncertainty: &[f32]) -> Self {
-        let squares = uncertainty.iter().filter(|u| !u.is_nan()).map(|u| f64::from(*u).powi(2));
-        let (sum, count) = squares.fold((0.0, 0.0), |(sum, count), square| (sum + square, count + 1.0));
+    /// Of cylinders that have a distance, by their radii and numbers of points, and of the distances that were found in
+    /// them, from which those of texels inside of the material are taken out.
+    pub(crate) fn new(mut radii: Vec<f64>, mut points: Vec<f64>, deviations: &Deviations) -> Self {
+        let of_distances = |(i, u): (usize, &f32)| (!deviations.along(i).is_nan()).then_some(f64::from(*u));
+        let mut uncertainty: Vec<f64> = deviations.uncertainty.iter().enumerate().filter_map(of_distances).collect();
+        let sum: f64 = uncertainty.iter().map(|u| u * u).sum();
+        let count = uncertainty.len().max(1) as f64;
+        let place = (HIGH * uncertainty.len() as f64) as usize;
+        let high =
+            uncertainty.get(place).is_some().then(|| *uncertainty.select_nth_unstable_by(place, f64::total_cmp).1);
         Self {
             radius: median(&mut radii).unwrap_or(0.0),
             points: median(&mut points).unwrap_or(0.0),
-            fewest,
-            uncertainty: (sum / f64::max(count, 1.0)).sqrt(),
+            fewest: FEWEST,
+            uncertainty: (sum / count).sqrt(),
+            uncertainty_median: median(&mut uncertainty).unwrap_or(0.0),
+            uncertainty_p95: high.unwrap_or(0.0),
         }
     }
 }

@@ -111,8 +111,8 @@ fn a_cloud_has_the_statistics_of_the_mesh_of_its_points() {
         }
         let (a, b) = (by_rays.points.as_ref().unwrap(), by_cylinders.points.as_ref().unwrap());
         assert!((a.overall.moments.signed.mean - b.overall.moments.signed.mean).abs() < 0.005);
-        // The scanner's noise lies along its rays, which meet the surface at an angle. The spread of a part's points about
-        // the surface is what of it lies along the normals.
+        // The scanner's noise lies along its rays, which meet the surface at an angle. The spread of a part's points
+        // about the surface is what of it lies along the normals.
         let along_normals = b.parts[0].statistics.moments.signed.sd;
         assert!((by_cylinders.noise / along_normals - 1.0).abs() < 0.15, "{} {along_normals}", by_cylinders.noise);
         let unmatched = by_cylinders.unmatched.unwrap();
@@ -207,19 +207,19 @@ fn points_that_lie_on_no_sheet_are_no_distance_and_two_sheets_are_told_apart() {
         .map(|k| {
             let (s, c) = f64::from(k).sin_cos();
             let at = DVec2::new(c, s) * f64::sqrt(f64::from(k) / 15.0);
-            Sample { at, height: 0.3 + 0.1 * at.x + error.sample(&mut random) }
+            Sample { at, height: 0.3 + 0.1 * at.x + error.sample(&mut random), point: 0 }
         })
         .collect();
-    let found = plane_at_axis(&samples, 0.02).unwrap();
+    let found = plane_at_axis(&samples, 0.02, &|_| ()).unwrap();
     assert!((found.height - 0.3).abs() < 4.0 * found.uncertainty && found.uncertainty < 0.01, "{found:?}");
     assert!((found.slope - 0.1).abs() < 0.03, "{found:?}");
-    samples.push(Sample { at: DVec2::ZERO, height: 1.0 });
-    let again = plane_at_axis(&samples, 0.02).unwrap();
+    samples.push(Sample { at: DVec2::ZERO, height: 1.0, point: 0 });
+    let again = plane_at_axis(&samples, 0.02, &|_| ()).unwrap();
     assert_eq!((again.height, again.points), (found.height, 15), "an outlier at the axis");
-    assert!(plane_at_axis(&samples[..5], 0.02).is_none(), "too few");
+    assert!(plane_at_axis(&samples[..5], 0.02, &|_| ()).is_none(), "too few");
     // On one side only: at the axis they say less than a point there would.
     samples.iter_mut().for_each(|s| s.at = DVec2::new(0.8 + 0.1 * s.at.x, s.at.y));
-    assert!(plane_at_axis(&samples, 0.02).is_none());
+    assert!(plane_at_axis(&samples, 0.02, &|_| ()).is_none());
     // A sheet of clutter 1.2 mm above the plate, and one 1.4 mm below it.
     let mut scan = plate(|_, _| 0.0, |_, _| false, 0.02);
     for (from, by) in [(0, 1.2), (2, -1.4)] {

@@ -7,11 +7,12 @@ use crate::model::{Tessellation, Texels};
 use crate::progress::Progress;
 use crate::scan::Scan;
 use crate::variance::cast::{self, Cast, hide_behind_filled};
-use crate::variance::cloud::{self, Cloud, CloudFeet, CylinderSummary, cylinders};
+use crate::variance::cloud::{self, Cloud, CloudFeet, CylinderSummary, Cylinders, Sample, cylinders};
 use crate::variance::contradicted::contradicted;
 use crate::variance::holes::FilledHoles;
 use crate::variance::matching::refuse_foreign;
 use crate::variance::points::{PointFeet, PointSearch};
+use crate::variance::scan_colours::{ScanColours, Tints};
 use crate::variance::{CastError, Deviations, DistanceKind, Facing, Matching, noise};
 use std::time::Instant;
 
@@ -45,6 +46,8 @@ pub(super) struct Found {
     pub(super) cloud: Option<CloudFeet>,
     /// How distances to a cloud were measured.
     pub(super) cylinder: Option<CylinderSummary>,
+    /// The scan's colours at the texels, if it has any.
+    pub(super) colours: Option<ScanColours>,
     pub(super) seconds: Seconds,
 }
 
@@ -98,6 +101,8 @@ impl Grounded<'_> {
         unless_cancelled(self.progress)?;
         let started = Instant::now();
         deviations.contradict(contradicted(&deviations, scan, bvh));
+        let tints = Tints::of(&scan.attributes);
+        let colours = tints.map(|tints| tints.of_triangles(&deviations, options.distance, scan, bvh));
         unless_cancelled(self.progress)?;
         let cast = cast + started.elapsed().as_secs_f64();
 
@@ -107,7 +112,8 @@ impl Grounded<'_> {
         deviations.noise =
             noise::along_normals(&scan.mesh, &feet.feet).map_or(scan.noise, |noise| noise.min(scan.noise));
         let seconds = Seconds { cast, matching, points: started.elapsed().as_secs_f64() };
-        Ok(Found { deviations, device, notice, holes, spikes, feet, cloud: None, cylinder: None, seconds })
+        let (cloud, cylinder) = (None, None);
+        Ok(Found { deviations, device, notice, holes, spikes, feet, cloud, cylinder, colours, seconds })
     }
 
     fn cast_rays(&self, texels: Texels, bvh: &Bvh, facing: Facing) -> Result<Cast, CastError> {
@@ -133,9 +139,19 @@ impl Grounded<'_> {
         unless_cancelled(self.progress)?;
 
         let started = Instant::now();
-        let (mut deviations, summary) = cylinders(texels, &cloud, options.distance, cosine, [*max_distance, noise]);
+        let (kind, limits) = (options.distance, [*max_distance, noise]);
+        let tints = Tints::of(&scan.attributes);
+        let (Cylinders { mut deviations, radii, points: of_cylinder, .. }, means) = match &tints {
+            None => (cylinders(texels, &cloud, kind, cosine, limits, &|_| ()), Vec::new()),
+            Some(tints) => {
+                let mean = |points: &[Sample]| tints.mean(points.iter().map(|sample| (sample.point, sample.weight())));
+                cylinders(texels, &cloud, kind, cosine, limits, &mean).without_tints()
+            }
+        };
         deviations.noise = noise;
         deviations.bury(buried);
+        let summary = CylinderSummary::new(radii, of_cylinder, &deviations);
+        let colours = tints.map(|tints| tints.colours(&means, &deviations));
         unless_cancelled(self.progress)?;
         deviations.contradict(cloud::contradicted(&deviations, scan, cloud.spacings()));
         let seconds = Seconds { cast: started.elapsed().as_secs_f64(), matching: 0.0, points };
@@ -148,6 +164,7 @@ impl Grounded<'_> {
             feet,
             cloud: Some(of_cloud),
             cylinder: Some(summary),
+            colours,
             seconds,
         })
     }

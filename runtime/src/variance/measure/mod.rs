@@ -25,8 +25,8 @@ use super::surface::{Parametrised, Surface};
 use super::unmatched::Unmatched;
 use super::verdict::Grounds;
 use super::{
-    Deviations, Device, DistanceKind, Matching, MeasuredPoints, ParameterCovariance, Reference, SensitivityRange,
-    Tolerance, VarianceReport,
+    Deviations, Device, DistanceKind, Matching, MeasuredPoints, ParameterCovariance, Reference, ScanColours,
+    SensitivityRange, Tolerance, VarianceReport,
 };
 use crate::bvh::Bvh;
 use crate::mesh::TriangleMesh;
@@ -71,6 +71,8 @@ pub struct Measurement {
     pub conformance: Option<Vec<f32>>,
     /// Maps of the surface's movement per unit of each parameter, if they were requested.
     pub sensitivity_maps: Option<SensitivityMaps>,
+    /// The scan's colours at the texels, or its intensities as greys, if it has any.
+    pub scan_colours: Option<ScanColours>,
 }
 
 /// Measures the deviations of a scan from a surface (\[VA\] sect. 5 and 6): casts rays from the texels of the surface,
@@ -134,7 +136,7 @@ pub fn measure(
     let search = PointSearch { parametrised: parametrised.as_ref(), inverted: &inverted, mesh: &tessellation.mesh };
     let grounded =
         Grounded { tessellation: &tessellation, model: &model, search, scan, max_distance, options, progress };
-    let Found { mut deviations, device, notice, holes, spikes, feet, cloud, cylinder, seconds: spent } =
+    let Found { mut deviations, device, notice, holes, spikes, feet, cloud, cylinder, colours, seconds: spent } =
         grounded.find(texels, cosine, buried, bvh.as_ref())?;
     unless_cancelled(progress)?;
 
@@ -179,6 +181,7 @@ pub fn measure(
     report.distance = options.distance.name().to_owned();
     report.matching = if is_cloud { Matching::Mutual } else { options.matching }.name().to_owned();
     report.cylinder = cylinder;
+    report.colour = colours.as_ref().map(|colours| colours.summary.clone());
     report.spikes = spikes;
     report.averaging_width = averaging_width;
     report.holes = holes.as_ref().map(|h| h.summary.clone());
@@ -227,6 +230,7 @@ pub fn measure(
         filled: holes.map(|h| h.mesh),
         conformance,
         sensitivity_maps: maps,
+        scan_colours: colours,
     })
 }
 

@@ -1,14 +1,15 @@
 // Drawing with WebGL2: the surface, the scan's points, and the numbers of what is seen at a pixel.
 class Drawing {
-  constructor(canvas, mesh, texels, points) {
+  constructor(canvas, mesh, texels, points, colours) {
     const gl = canvas.getContext('webgl2', { antialias: true, preserveDrawingBuffer: true });
     if (!gl) throw new Error('this browser has no WebGL2');
     Object.assign(this, { canvas, gl });
-    this.surface = this.program('surface', '');
+    this.surface = this.program('surface', colours ? '#define SCAN_COLOURS\n' : '');
     this.numbers = this.program('surface', '#define NUMBERS\n');
     this.cloud = this.program('points', '');
     this.mesh = this.uploadMesh(mesh);
     this.points = this.uploadPoints(points);
+    if (colours) this.uploadColours(colours);
     this.upload(texels);
     gl.enable(gl.DEPTH_TEST);
     gl.blendFuncSeparate(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA, gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
@@ -69,6 +70,17 @@ class Drawing {
     for (const name of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T]) gl.texParameteri(gl.TEXTURE_2D, name, gl.CLAMP_TO_EDGE);
   }
 
+  // The scan's colours at the texels, of which a pixel may have several.
+  uploadColours(picture) {
+    const gl = this.gl;
+    gl.activeTexture(gl.TEXTURE1);
+    gl.bindTexture(gl.TEXTURE_2D, gl.createTexture());
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGB, gl.RGB, gl.UNSIGNED_BYTE, picture);
+    for (const name of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) gl.texParameteri(gl.TEXTURE_2D, name, gl.NEAREST);
+    for (const name of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T]) gl.texParameteri(gl.TEXTURE_2D, name, gl.CLAMP_TO_EDGE);
+    gl.activeTexture(gl.TEXTURE0);
+  }
+
   get aspect() { return this.canvas.width / this.canvas.height; }
 
   // Makes the canvas as large as its place on the page, in the device's pixels.
@@ -87,6 +99,7 @@ class Drawing {
     gl.uniform4fv(at.plane, settings.plane);
     const { halfSize, step, classes } = scene;
     if (at.halfSize) gl.uniform3fv(at.halfSize, halfSize);
+    if (at.scanColours) gl.uniform1i(at.scanColours, 1);
     if (at.step) gl.uniform1f(at.step, step);
     if (at.classes) gl.uniform3fv(at.classes, classes.flat().map(c => c / 255));
     if (at.colourRange) gl.uniform1f(at.colourRange, settings.colourRange);
@@ -110,7 +123,7 @@ class Drawing {
   }
 
   draw(camera, settings) {
-    const gl = this.gl, coloured = settings.coloured ? 1 : 0;
+    const gl = this.gl, { coloured } = settings;
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
     gl.clearColor(0, 0, 0, 0);
     gl.disable(gl.BLEND);

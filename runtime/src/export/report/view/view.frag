@@ -16,12 +16,15 @@ layout(location = 1) out uvec4 texel;  // Column and row, from the left and the 
 uniform uint part;
 #else
 layout(location = 0) out vec4 fragment;
-uniform float coloured;     // 1 for the colours of the deviations.
+uniform float coloured;     // 1 for the colours of the deviations, 2 for those of the scan, 0 for grey.
 uniform float opacity;
 uniform float step;         // Millimetres.
 uniform float bands;        // Steps of the scale on either side; 0 for none.
 uniform vec2 neutral;       // Millimetres: the deviations that have the colour of zero; none where the first is larger.
 uniform vec3 classes[5];    // The colours of what has no deviation, from class 2 on.
+#ifdef SCAN_COLOURS
+uniform sampler2D scanColours;
+#endif
 #endif
 uniform float colourRange;  // Millimetres; where the colour scale ends.
 uniform float displaced;
@@ -54,6 +57,9 @@ void main() {
     } else if (bands > 0.5) deviation = sign(deviation) * (floor(min(abs(deviation) / colourRange, 0.9999) * bands) + 0.5) / bands * colourRange;
     scale = colour(deviation);
   }
+#ifdef SCAN_COLOURS
+  if (coloured > 1.5 && !missing) scale = texture(scanColours, texCoord).rgb;
+#endif
   fragment = vec4(lit(coloured > 0.5 ? scale : vec3(0.74, 0.76, 0.79), eye), opacity);
 #endif
 }

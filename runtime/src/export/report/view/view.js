@@ -4,14 +4,17 @@
   let drawing, labels, section, texels;
   let asked = false, active = false;
 
+  const isChecked = id => Boolean(element(id) && element(id).checked);
+
   const settings = () => {
     const axis = element('axis').value, on = axis !== '', k = on ? Number(axis) : 0;
     const height = on ? Number(element('height').value) / 100 * section.size[k] : 0;
     const normal = inScan([0, 1, 2].map(i => i === k ? 1 : 0));
-    const tolerance = element('neutral') && element('neutral').checked ? scene.tolerance : null;
+    const tolerance = isChecked('neutral') ? scene.tolerance : null;
     return {
       mode: document.querySelector('input[name=mode]:checked').value,
-      coloured: element('coloured').checked,
+      // Nothing, the deviations, or the scan's own colours.
+      coloured: element('coloured').checked ? 1 : isChecked('scan-coloured') ? 2 : 0,
       exaggeration: Number(element('exaggeration').value),
       scan: element('scan-points').checked,
       hidden: new Set([...document.querySelectorAll('#parts input')].flatMap((box, part) => box.checked ? [] : [part])),
@@ -163,6 +166,14 @@
         showSection();
       });
     }
+    // One of both at most.
+    const kinds = ['coloured', 'scan-coloured'].map(element).filter(Boolean);
+    for (const kind of kinds) {
+      kind.addEventListener('input', () => {
+        if (kind.checked) kinds.filter(other => other !== kind).forEach(other => { other.checked = false; });
+        redraw();
+      });
+    }
     element('save').addEventListener('click', save);
     new ResizeObserver(() => { redraw(); showSection(); }).observe(canvas);
     window.addEventListener('beforeprint', () => { show(); showSection(); });
@@ -179,10 +190,13 @@
     setTimeout(() => URL.revokeObjectURL(link.href), 10000);
   }
 
-  Promise.all([unpacked('mesh').then(readMesh), texelData, unpacked('cloud').then(readCloud)]).then(([mesh, found, points]) => {
+  // The scan's colours are those of a picture of the page, if it has any.
+  const picture = element('scan-colours'), colours = picture && picture.decode().then(() => picture);
+  const data = [unpacked('mesh').then(readMesh), texelData, unpacked('cloud').then(readCloud), colours];
+  Promise.all(data).then(([mesh, found, points, colours]) => {
     texels = found;
     section = new Section(mesh, texels);
-    drawing = new Drawing(canvas, mesh, texels, points);
+    drawing = new Drawing(canvas, mesh, texels, points, colours);
     labels = new Labels(element('overlay'), element('label-rows'), redraw);
     labels.show();
     listen();
