@@ -27,6 +27,13 @@ pub(crate) fn read(scan: &ScanArgs, more: &MoreScansArgs) -> Result<Vec<Scan>, C
     }
     let one = |path: &PathBuf| read_scan(&ScanArgs { scan: path.clone(), reading: scan.reading.clone() });
     let scans = paths(scan, more).map(one).collect::<Result<Vec<Scan>, CommandError>>()?;
+    for (i, scan) in scans.iter().enumerate() {
+        // What is measured once counts once, under whatever names.
+        if let Some(other) = scans[..i].iter().find(|other| other.source.sha256 == scan.source.sha256) {
+            let (path, other) = (&scan.source.path, &other.source.path);
+            return Err(CommandError::usage(format!("{path}: the scan is that of {other}; give it once")));
+        }
+    }
     Ok(if more.same_pose { vec![Scan::in_one_frame(&scans)] } else { scans })
 }
 

@@ -1,6 +1,6 @@
 //! Several scans of one object that hardly overlap: each is what the virtual scanner sees from one place.
 
-use crate::support::{example, gmlc, json, parameter};
+use crate::support::{example, fails, gmlc, json, parameter};
 use serde_json::Value;
 use std::path::Path;
 use tempfile::tempdir;
@@ -79,4 +79,16 @@ fn a_mug_from_three_sides() {
     let text = gmlc(folder.path(), &scans);
     assert!(!text.contains("another object"), "{text}");
     is_the_truth(folder.path(), 1, 0.5, &[[40.0, 0.0, 0.0], [0.0, 40.0, 80.0], [70.0, 0.0, 40.0]]);
+}
+
+#[test]
+fn a_copy_of_a_scan_is_no_other_scan() {
+    let folder = tempdir().expect("a folder");
+    let points = "0 0 0\n1 0 0\n0 1 0\n0 0 1\n";
+    for name in ["one.xyz", "two.xyz"] {
+        std::fs::write(folder.path().join(name), points).expect("written");
+    }
+    let args = ["fit", &example("can/can.gml"), "one.xyz", "two.xyz", "-o", "fit.json"];
+    let error = fails(folder.path(), &args, 2);
+    assert!(error.contains("two.xyz: the scan is that of one.xyz"), "{error}");
 }

@@ -328,3 +328,22 @@ fn other_files_under_the_name_of_a_script_are_named() {
         }
     }
 }
+
+/// A box of eight vertices, each once, has one normal at each in most programs: between those of its three faces.
+#[test]
+fn a_box_that_is_larger_on_all_sides_is_so_by_as_much() {
+    let folder = tempdir().expect("a folder");
+    for (name, by) in [("box.off", 0.0), ("larger.off", 0.3)] {
+        let corner = |i: usize| {
+            let side = |bit: usize, half: f64| if i & bit == 0 { -half - by } else { half + by };
+            format!("{} {} {}\n", side(1, 30.0), side(2, 20.0), side(4, 10.0))
+        };
+        let corners: String = (0..8).map(corner).collect();
+        let faces = "4 0 2 3 1\n4 4 5 7 6\n4 0 1 5 4\n4 2 6 7 3\n4 0 4 6 2\n4 1 3 7 5\n";
+        fs::write(folder.path().join(name), format!("OFF\n8 6 0\n{corners}{faces}")).expect("written");
+    }
+    let args = ["variance", "box.off", "larger.off", "--tolerance", "0.32mm", "--resolution", "128", "-o", "out"];
+    gmlc(folder.path(), &args);
+    let mean = json(&folder.path().join("out/variance.json"))["signed"]["mean"].as_f64().expect("a mean");
+    assert!((mean - 0.3).abs() < 1e-4, "{mean}");
+}

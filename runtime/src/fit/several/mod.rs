@@ -22,7 +22,7 @@ use super::refine::schedule::{POLISH, Solution};
 use super::refine::solve::solve;
 use super::register::warn_of_unit;
 use super::result::FitResult;
-use super::tuning::{CONVINCING, LEADERS};
+use super::tuning::{CONVINCING, LEADERS, SEARCHES};
 use crate::model::Model;
 use crate::progress::Progress;
 use crate::scan::Scan;
@@ -157,17 +157,19 @@ impl<'a> Whole<'a> {
         // The largest one shows most of the object.
         order.sort_by(|a, b| self.problems[*b].radius.total_cmp(&self.problems[*a].radius));
         let mut best: Option<Joint<'a>> = None;
-        for leader in order.iter().take(LEADERS) {
+        // A part of an object may be that of another shape: another search of it may begin elsewhere.
+        let searches = (0..SEARCHES).flat_map(|search| order.iter().take(LEADERS).map(move |leader| (search, leader)));
+        for (search, leader) in searches {
             if best.is_some() && self.monitor.cancelled() {
                 break;
             }
-            let first = self.monitor.stage("first scan", || self.alone(*leader))?;
+            let first = self.monitor.stage("first scan", || self.alone(*leader, search))?;
             let others: Vec<usize> = order.iter().copied().filter(|scan| scan != leader).collect();
             let joint = self.monitor.stage("placing", || self.placed(base, *leader, first, &others))?;
             let near = is_convincing(&joint);
             let joint = self.monitor.stage("all scans", || joint.anneal(self.given()));
             // A part that is wrong by less than the scale of a registration is far off at the final one.
-            if near && joint.inliers().iter().all(|share| *share > CONVINCING) {
+            if near && explains_all(&joint) {
                 return Ok(joint);
             }
             best = Some(match best {
@@ -179,9 +181,10 @@ impl<'a> Whole<'a> {
         best.ok_or(FitError::EmptyScan { scan: String::new(), points: 0 })
     }
 
-    /// A fit of one of the scans alone.
-    fn alone(&self, scan: usize) -> Result<Found, FitError> {
-        self.solved(&self.scans[scan], self.options)
+    /// A fit of one of the scans alone, in one search of several.
+    fn alone(&self, scan: usize, search: u64) -> Result<Found, FitError> {
+        let seed = self.options.seed.wrapping_add(search);
+        self.solved(&self.scans[scan], &FitOptions { seed, ..self.options.clone() })
     }
 
     /// A fit of a scan by itself, of which only the place counts.
@@ -225,12 +228,18 @@ impl<'a> Whole<'a> {
         let mut options = FitOptions { earlier, ..self.options.clone() };
         options.start.retain(|name, _| self.options.fixed.contains(name));
         let scan = merged(self.scans, &joint.estimate.motions);
-        let Found { x, motion } = self.monitor.stage("all scans", || self.solved(&scan, &options))?;
-        let other = base.space.estimate(&x, motion);
-        let motions = carried(&joint.estimate.motions, motion);
-        let other = Joint::new(&self.problems, base, JointEstimate { z: other.z, motions })?;
-        let other = self.monitor.stage("all scans", || other.anneal(self.given()));
-        let best = better_of(joint, other);
+        let merged_by = joint.estimate.motions.clone();
+        let mut best = joint;
+        // What does not explain all scans is no place to begin from.
+        let afresh = (!explains_all(&best)).then_some(self.options);
+        for options in [&options].into_iter().chain(afresh) {
+            let Found { x, motion } = self.monitor.stage("all scans", || self.solved(&scan, options))?;
+            let other = base.space.estimate(&x, motion);
+            let motions = carried(&merged_by, motion);
+            let other = Joint::new(&self.problems, base, JointEstimate { z: other.z, motions })?;
+            let other = self.monitor.stage("all scans", || other.anneal(self.given()));
+            best = better_of(best, other);
+        }
         Ok(Joint::new(&self.problems, base, best.estimate.clone())?.like(&best))
     }
 
@@ -276,6 +285,11 @@ fn better_of<'a>(one: Joint<'a>, other: Joint<'a>) -> Joint<'a> {
 /// Whether nearly all points of every scan lie near the model.
 fn is_convincing(joint: &Joint) -> bool {
     joint.near().iter().all(|near| *near > CONVINCING)
+}
+
+/// Whether nearly all points of every scan are inliers, at the final scales.
+fn explains_all(joint: &Joint) -> bool {
+    joint.inliers().iter().all(|share| *share > CONVINCING)
 }
 
 /// Motions in other scans that stand to a new one of the first as they stood to the old one.

@@ -46,6 +46,9 @@ pub(crate) const JOINT_SCALES: [f64; 4] = [0.2, 0.14, 0.1, FINE];
 pub(crate) const PLACED_AS_WELL: f64 = 1.05;
 /// Scans from which the registration of all is begun in turn, while some scan is not explained.
 pub(crate) const LEADERS: usize = 3;
+/// Searches of each of these for its shape, which begin elsewhere: of a block with a post of which a scan shows seven
+/// eighths, the first search finds another block as often as not.
+pub(crate) const SEARCHES: u64 = 2;
 
 // ----------------------------------------------------------------------------------------------------- Pose parameters
 
