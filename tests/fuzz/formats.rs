@@ -1,5 +1,5 @@
-//! Damaged scans of every format through the reader, in the process: thousands a second. There is a scan or an error that
-//! names the file, and never a panic, a long wait or much memory.
+//! Damaged scans of every format through the reader, in the process: thousands a second. There is a scan or an error
+//! that names the file, and never a panic, a long wait or much memory.
 //!
 //! ```text
 //! GMLC_MUTATIONS=100000 GMLC_FUZZ_SEED=7 cargo test --release --workspace --test fuzz formats -- --nocapture

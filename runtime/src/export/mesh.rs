@@ -196,7 +196,8 @@ fn write_ply(out: &mut dyn Write, mesh: &TriangleMesh, attributes: &Attributes, 
     Ok(())
 }
 
-/// A header of 80 bytes, which says the unit, and a count; for each triangle its normal, its corners and two bytes of attributes.
+/// A header of 80 bytes, which says the unit, and a count; for each triangle its normal, its corners and two bytes of
+/// attributes.
 fn write_stl(out: &mut dyn Write, mesh: &TriangleMesh, unit: Unit) -> io::Result<()> {
     let Ok(count) = u32::try_from(mesh.triangles.len()) else {
         return Err(io::Error::new(io::ErrorKind::InvalidInput, "an STL file holds at most 2^32 - 1 triangles"));

@@ -1,4 +1,5 @@
-//! What a scan has beside its geometry: colours, intensities, where the scanner stood, and of which scan its points are.
+//! What a scan has beside its geometry: colours, intensities, where the scanner stood, and of which scan its points
+//! are.
 
 use crate::mesh::retain_marked;
 

@@ -1,5 +1,5 @@
-//! Normals at sharp edges of a reference mesh: a box of eight vertices has one normal at each of its corners, 55 degrees
-//! off all of its faces, and distances along such normals are those of no face.
+//! Normals at sharp edges of a reference mesh: a box of eight vertices has one normal at each of its corners, 55
+//! degrees off all of its faces, and distances along such normals are those of no face.
 
 use super::raw::RawMesh;
 use crate::mesh::TriangleMesh;
@@ -25,8 +25,8 @@ struct Sector {
     group: usize,
 }
 
-/// Gives corners at sharp edges the normal of the smooth surface on their side. Vertices have unit normals, which are the
-/// file's if it has any (`given`): these stay where they fit the triangle.
+/// Gives corners at sharp edges the normal of the smooth surface on their side. Vertices have unit normals, which are
+/// the file's if it has any (`given`): these stay where they fit the triangle.
 pub(super) fn split_at_creases(mut raw: RawMesh, given: bool) -> RawMesh {
     let mesh = TriangleMesh {
         positions: std::mem::take(&mut raw.positions),

@@ -16,8 +16,8 @@ use std::collections::{HashMap, HashSet};
 const GROWTH: f64 = 1.15;
 const BEGIN: f64 = 0.8;
 
-/// Simplifies a mesh to at most `most` triangles, or to the few that the whole mesh in one cube has; of a cloud so many points are kept, each as likely as any other.
-/// Returns the number of triangles, or points, that are gone.
+/// Simplifies a mesh to at most `most` triangles, or to the few that the whole mesh in one cube has; of a cloud so many
+/// points are kept, each as likely as any other. Returns the number of triangles, or points, that are gone.
 pub(super) fn simplify(mesh: &mut TriangleMesh, attributes: &mut Attributes, most: usize) -> usize {
     if mesh.triangles.is_empty() {
         return draw(mesh, attributes, most);

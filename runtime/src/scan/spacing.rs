@@ -9,8 +9,8 @@ const NEIGHBOURS: usize = 12;
 const LOOKED_AT: usize = 2 * NEIGHBOURS + 1;
 
 /// The edge of the square of surface that belongs to each of some points: pi d^2 / k is the area of one of k neighbours
-/// within a distance d. `tree` is that of the points, and `alike` says whether two points lie on the same surface. Of the points' own unit; 0 where there
-/// are no others.
+/// within a distance d. `tree` is that of the points, and `alike` says whether two points lie on the same surface. Of
+/// the points' own unit; 0 where there are no others.
 pub(crate) fn spacings(
     points: &[[f64; 3]],
     tree: &Neighbours,

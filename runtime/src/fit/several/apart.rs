@@ -7,9 +7,9 @@ use crate::fit::refine::joint::Joint;
 use crate::fit::result::Agreement;
 use crate::fit::tuning::OTHER_OBJECT;
 
-/// By scan, whether it agrees with the others on the shape; None where there is nothing to compare, or the user does not
-/// wait. Others of which one is another object agree with nobody: the scan that agrees least is put aside, and those
-/// that are left are compared among themselves.
+/// By scan, whether it agrees with the others on the shape; None where there is nothing to compare, or the user does
+/// not wait. Others of which one is another object agree with nobody: the scan that agrees least is put aside, and
+/// those that are left are compared among themselves.
 pub(super) fn agreements(whole: &Whole, joint: &Joint) -> Vec<Option<Agreement>> {
     let mut left: Vec<usize> = (0..joint.members.len()).collect();
     let alone: Vec<Option<Shape>> = left.iter().map(|scan| shape(whole, joint, &[*scan])).collect();

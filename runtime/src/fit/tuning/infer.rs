@@ -89,7 +89,8 @@ pub(crate) const BIAS_POINTS: usize = 20_000;
 /// The part of a standard deviation that is bias above which a warning says so: the bias is then twice the random part.
 pub(crate) const BIASED: f64 = 0.9;
 
-// -------------------------------------------------------------------------------------------- Agreement of several scans
+// -------------------------------------------------------------------------------------------- Agreement of several
+// scans
 
 /// The probability of such a difference between the shape of one scan and that of the others, divided by the number of
 /// scans, below which it is said.
