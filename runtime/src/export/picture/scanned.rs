@@ -98,7 +98,7 @@ mod tests {
         let contradicted = (0..n).map(|i| column(i) >= 448).collect();
         let deviations = Deviations { contradicted, ..Deviations::new(texels, 1.0, outward, vec![f32::NAN; n]) };
         let [red, blue] = [[200, 0, 0], [0, 0, 100]];
-        let colour = |i: usize| (column(i) < 384).then_some(if i % 2 == 0 { red } else { blue });
+        let colour = |i: usize| (column(i) < 384).then_some(if i.is_multiple_of(2) { red } else { blue });
         let summary = ColourSummary { source: ColourSource::Colours, stretch: None };
         let colours = ScanColours { summary, texels: (0..n).map(colour).collect() };
         let picture = colour_texture(&deviations, &colours);
