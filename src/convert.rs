@@ -4,7 +4,6 @@ use crate::cli::ConvertArgs;
 use crate::error::CommandError;
 use crate::progress::TerminalProgress;
 use crate::{fit, info, outputs};
-use gml_runtime::export::mesh::MeshFormat;
 use gml_runtime::export::scan::{Recorded, ScanFormat};
 use gml_runtime::scan::{self, Loaded, Unit};
 use serde_json::json;
@@ -39,7 +38,7 @@ pub(crate) fn run(args: &ConvertArgs) -> Result<(), CommandError> {
     warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
     let lost = lost(&loaded, format, unit);
     lost.iter().for_each(|lost| eprintln!("warning: {}: {lost}", args.output.display()));
-    let (points, triangles) = (mesh.positions.len(), if format.is_of_points() { 0 } else { mesh.triangles.len() });
+    let (points, triangles) = (format.count_points(mesh), if format.is_of_points() { 0 } else { mesh.triangles.len() });
     let left_out = info::left_out(cleaning);
     let ending = if left_out.is_empty() { String::new() } else { format!("; left out are {left_out}") };
     let line =
@@ -53,17 +52,15 @@ pub(crate) fn run(args: &ConvertArgs) -> Result<(), CommandError> {
 
 /// What of a scan is not in the new file.
 fn lost(loaded: &Loaded, format: ScanFormat, unit: Unit) -> Vec<String> {
-    let Loaded { mesh, attributes, ignored, is_split, .. } = loaded;
-    let can = format.holds();
-    // A vertex of a PLY file has one.
-    let texcoords = can.texcoords && !(*is_split && format == ScanFormat::Mesh(MeshFormat::Ply));
+    let Loaded { mesh, attributes, ignored, .. } = loaded;
+    let can = format.holds(mesh);
     let kinds = [
         (!mesh.triangles.is_empty() && format.is_of_points(), "triangles"),
         (!mesh.normals.is_empty() && !can.normals, "normals"),
         (!attributes.colours.is_empty() && !can.colours, "colours"),
         (!attributes.intensities.is_empty() && !can.intensities, "intensities"),
         (!attributes.stations.places.is_empty() && !can.stations, "places of the scanner"),
-        (!mesh.texcoords.is_empty() && !texcoords, "texture coordinates"),
+        (!mesh.texcoords.is_empty() && !can.texcoords, "texture coordinates"),
     ];
     let lost: Vec<&str> = kinds.iter().filter(|(is_lost, _)| *is_lost).map(|(_, kind)| *kind).collect();
     let mut sentences = Vec::new();
@@ -73,8 +70,7 @@ fn lost(loaded: &Loaded, format: ScanFormat, unit: Unit) -> Vec<String> {
     if !ignored.is_empty() {
         sentences.push(format!("gmlc does not read, and leaves out: {}", ignored.join(", ")));
     }
-    let is_spread = |i: &f32| !(0.0..=1.0).contains(i) && i.fract() != 0.0 || *i < 0.0 || *i > f32::from(u16::MAX);
-    if matches!(format, ScanFormat::Las | ScanFormat::Laz) && attributes.intensities.iter().any(is_spread) {
+    if format.spreads(&attributes.intensities) {
         sentences.push("intensities are spread over the whole numbers from 0 to 65535 that the format has".to_owned());
     }
     if !format.says_unit() && unit != Unit::default() {

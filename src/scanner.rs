@@ -30,7 +30,9 @@ pub(crate) fn of_range(text: &str) -> Result<f64, String> {
     let fraction = match (text.trim().strip_suffix("ppm"), text.split_once('/')) {
         (Some(number), _) => number.trim_end().parse::<f64>().map_err(|_| EXPECTED.to_owned())? * 1e-6,
         (None, Some((length, unit))) => {
-            let per = values::parse(&format!("1{}", unit.trim()), Quantity::Length).map_err(|_| EXPECTED.to_owned())?;
+            let per = values::parse(unit, Quantity::Length)
+                .or_else(|_| values::parse(&format!("1{}", unit.trim()), Quantity::Length))
+                .map_err(|_| EXPECTED.to_owned())?;
             values::length(length).map_err(|_| EXPECTED.to_owned())? / per
         }
         (None, None) => return Err(EXPECTED.into()),
@@ -128,15 +130,18 @@ mod tests {
 
     #[test]
     fn noise_of_the_range_has_two_notations() {
-        for (text, fraction) in
-            [("50ppm", 5e-5), ("0.05mm/m", 5e-5), ("1mm/1m", f64::NAN), ("2 ppm", 2e-6), ("0ppm", 0.0)]
-        {
-            match of_range(text) {
-                Ok(found) => assert!((found - fraction).abs() < 1e-18, "{text}: {found}"),
-                Err(_) => assert!(fraction.is_nan(), "{text}"),
-            }
+        for (text, fraction) in [
+            ("50ppm", 5e-5),
+            ("0.05mm/m", 5e-5),
+            ("1mm/1m", 1e-3),
+            ("1 mm / 10 m", 1e-4),
+            ("2 ppm", 2e-6),
+            ("0ppm", 0.0),
+        ] {
+            let found = of_range(text).expect(text);
+            assert!((found - fraction).abs() < 1e-18, "{text}: {found}");
         }
-        for text in ["50", "ppm", "5mm", "-1ppm", "2e6ppm", "nanppm", "1mm/kg"] {
+        for text in ["50", "ppm", "5mm", "-1ppm", "2e6ppm", "nanppm", "1mm/kg", "1mm/5", "1mm/0m", "1mm/-1m"] {
             assert!(of_range(text).is_err(), "{text}");
         }
         assert_eq!(place("2m,-1cm,0"), Ok([2000.0, -10.0, 0.0]));

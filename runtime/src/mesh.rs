@@ -74,11 +74,7 @@ impl TriangleMesh {
         let share = |triangle: &[u32; 3]| {
             let normal = self.triangle_normal(*triangle)?;
             let corners = self.corners(*triangle);
-            let angle = |c: usize| {
-                let (to_next, to_last) = (corners[(c + 1) % 3] - corners[c], corners[(c + 2) % 3] - corners[c]);
-                to_next.angle_between(to_last)
-            };
-            Some((normal, [0, 1, 2].map(angle)))
+            Some((normal, [0, 1, 2].map(|c| angle_at(&corners, c))))
         };
         for run in self.triangles.chunks(RUN) {
             let shares: Vec<Option<(DVec3, [f64; 3])>> = run.par_iter().with_min_len(1 << 12).map(share).collect();
@@ -198,6 +194,12 @@ pub(crate) struct BoundaryEdge {
     pub(crate) ends: [u32; 2],
     /// Index of the triangle.
     pub(crate) triangle: u32,
+}
+
+/// The angle of a triangle at one of its corners. Radians.
+pub(crate) fn angle_at(corners: &[DVec3; 3], corner: usize) -> f64 {
+    let to = |k: usize| corners[(corner + k) % 3] - corners[corner];
+    to(1).angle_between(to(2))
 }
 
 /// The volume of the tetrahedron between a triangle and the origin, negative where that is outside of the triangle.

@@ -147,20 +147,6 @@ const COMMANDS: [&[&str]; 11] = [
     &["compare", "scan.ply", "SCAN", "--resolution", "32"],
 ];
 
-/// Formats besides those that are made here.
-const OTHERS: [(&str, ScanFormat); 10] = [
-    ("bad.off", ScanFormat::Off),
-    ("bad.glb", ScanFormat::Glb),
-    ("bad.3mf", ScanFormat::ThreeMf),
-    ("bad.e57", ScanFormat::E57),
-    ("bad.las", ScanFormat::Las),
-    ("bad.laz", ScanFormat::Laz),
-    ("bad.pcd", ScanFormat::Pcd),
-    ("bad.pts", ScanFormat::Pts),
-    ("bad.ptx", ScanFormat::Ptx),
-    ("bad.xyz", ScanFormat::Xyz),
-];
-
 /// Compressed by gzip.
 fn packed(content: &[u8]) -> Vec<u8> {
     let mut encoder = GzEncoder::new(Vec::new(), flate2::Compression::fast());
@@ -175,22 +161,23 @@ pub(crate) fn case(random: &mut Random) -> Case {
     if distorted {
         ball.distort(random);
     }
-    let (name, content) = match random.below(12) {
-        0 => ("bad.obj", ball.obj()),
-        1 => ("bad.ply", ball.ply("ascii")),
-        2 => ("bad.ply", ball.ply("binary_little_endian")),
-        3 => ("bad.ply", ball.ply("binary_big_endian")),
-        4 => ("bad.stl", ball.stl(true)),
-        5 => ("bad.stl", ball.stl(false)),
+    let (ending, content) = match random.below(12) {
+        0 => ("obj", ball.obj()),
+        1 => ("ply", ball.ply("ascii")),
+        2 => ("ply", ball.ply("binary_little_endian")),
+        3 => ("ply", ball.ply("binary_big_endian")),
+        4 => ("stl", ball.stl(true)),
+        5 => ("stl", ball.stl(false)),
         _ => {
-            let (name, format) = OTHERS[random.below(OTHERS.len())];
-            (name, ball.file(format))
+            let (ending, format) = ScanFormat::ALL[random.below(ScanFormat::ALL.len())];
+            (ending, ball.file(format))
         }
     };
-    let args = choose(random, &COMMANDS).iter().map(|a| if *a == "SCAN" { name } else { a });
+    let name = format!("bad.{ending}");
+    let args = choose(random, &COMMANDS).iter().map(|a| if *a == "SCAN" { name.as_str() } else { a });
     let args: Vec<&str> = args.collect();
     let mut content = if distorted { content } else { damaged(&content, random) };
-    if name == "bad.e57" {
+    if ending == "e57" {
         seal(&mut content);
     }
     if random.below(10) == 0 {
@@ -199,5 +186,5 @@ pub(crate) fn case(random: &mut Random) -> Case {
             content = damaged(&content, random);
         }
     }
-    Case::of(&args).with(name, content)
+    Case::of(&args).with(&name, content)
 }

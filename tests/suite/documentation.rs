@@ -4,6 +4,7 @@
 use crate::support::{Step, copy, gmlc_in, root, steps, text};
 use std::collections::BTreeSet;
 use std::fs;
+use std::time::Instant;
 
 #[test]
 fn every_command_of_the_documentation_works() {
@@ -36,7 +37,9 @@ fn every_command_of_the_documentation_works() {
                 continue;
             }
             let args: Vec<&str> = command.split_whitespace().collect();
+            let started = Instant::now();
             let output = gmlc_in(folder.path(), &args);
+            println!("{:.1} s: {command}", started.elapsed().as_secs_f64());
             let errors = text(&output.stderr);
             assert!(output.status.success(), "{page}: {command}\n{errors}");
             let said = text(&output.stdout);

@@ -38,7 +38,7 @@ impl MeshFormat {
     }
 }
 
-/// Writes a mesh to a file. None of the formats says its unit: it is the millimetre, which OBJ and PLY have in a
+/// Writes a mesh to a file. None of the formats has a field for its unit: it is the millimetre, which they have in a
 /// comment.
 ///
 /// # Errors
@@ -95,6 +95,11 @@ impl Welded {
         Self { number, first }
     }
 
+    /// Whether a position has several vertices.
+    fn has_seams(&self) -> bool {
+        self.first.len() < self.number.len()
+    }
+
     /// The normal of each position: the mean of its vertices'.
     fn normals(&self, mesh: &TriangleMesh) -> Vec<[f64; 3]> {
         let mut sums = vec![DVec3::ZERO; self.first.len()];
@@ -149,7 +154,7 @@ fn write_obj(out: &mut dyn Write, mesh: &TriangleMesh, unit: Unit) -> io::Result
 /// those of the corners of faces (VTK, trimesh) cut the mesh open along them.
 fn write_ply(out: &mut dyn Write, mesh: &TriangleMesh, attributes: &Attributes, unit: Unit) -> io::Result<()> {
     let welded = Welded::of(mesh);
-    let textured = !mesh.texcoords.is_empty() && welded.first.len() == mesh.positions.len();
+    let textured = !mesh.texcoords.is_empty() && !welded.has_seams();
     let Attributes { colours, intensities, .. } = attributes;
     writeln!(out, "ply\nformat binary_little_endian 1.0\ncomment {}", unit.comment())?;
     writeln!(out, "element vertex {}", welded.first.len())?;
@@ -194,6 +199,16 @@ fn write_ply(out: &mut dyn Write, mesh: &TriangleMesh, attributes: &Attributes, 
         }
     }
     Ok(())
+}
+
+/// The number of points of a mesh in an OBJ or a PLY file.
+pub(super) fn count_places(mesh: &TriangleMesh) -> usize {
+    Welded::of(mesh).first.len()
+}
+
+/// Whether vertices of a mesh are at one place, so that a PLY file has no texture coordinates.
+pub(super) fn has_seams(mesh: &TriangleMesh) -> bool {
+    Welded::of(mesh).has_seams()
 }
 
 /// A header of 80 bytes, which says the unit, and a count; for each triangle its normal, its corners and two bytes of

@@ -12,7 +12,7 @@ pub struct Attributes {
     pub intensities: Vec<f32>,
     /// Where the scanner stood.
     pub stations: Stations,
-    /// Of which scan its points are, where several were put together.
+    /// The number of the scan that a station belongs to, where several were put together.
     pub parts: ScanParts,
 }
 

@@ -31,6 +31,11 @@ impl<'m> Connected<'m> {
         Self { mesh, first, triangles }
     }
 
+    /// The triangles at a vertex.
+    pub(super) fn triangles_at(&self, vertex: usize) -> &[u32] {
+        &self.triangles[self.first[vertex] as usize..self.first[vertex + 1] as usize]
+    }
+
     /// A vertex and others about it, ring by ring, up to `count`.
     pub(super) fn about(&self, vertex: u32, count: usize) -> Vec<u32> {
         let mut found = vec![vertex];
@@ -38,7 +43,7 @@ impl<'m> Connected<'m> {
         while looked < found.len() && found.len() < count {
             let vertex = found[looked] as usize;
             looked += 1;
-            for t in &self.triangles[self.first[vertex] as usize..self.first[vertex + 1] as usize] {
+            for t in self.triangles_at(vertex) {
                 for other in self.mesh.triangles[*t as usize] {
                     if found.len() < count && !found.contains(&other) {
                         found.push(other);

@@ -1,8 +1,10 @@
 //! Normals at sharp edges of a reference mesh: a box of eight vertices has one normal at each of its corners, 55
 //! degrees off all of its faces, and distances along such normals are those of no face.
 
+use super::connected::Connected;
 use super::raw::RawMesh;
-use crate::mesh::TriangleMesh;
+use crate::disjoint_sets::DisjointSets;
+use crate::mesh::{TriangleMesh, angle_at};
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -21,8 +23,8 @@ struct Sector {
     normal: DVec3,
     /// Of the corner. Radians.
     angle: f64,
-    /// The smooth surface to which it belongs: a sector of it.
-    group: usize,
+    /// The smooth surface to which it belongs: the number of its first sector.
+    group: u32,
 }
 
 /// Gives corners at sharp edges the normal of the smooth surface on their side. Vertices have unit normals, which are
@@ -37,10 +39,9 @@ pub(super) fn split_at_creases(mut raw: RawMesh, given: bool) -> RawMesh {
         let vertex = mesh.triangles[triangle as usize][corner] as usize;
         DVec3::from(raw.corner_normals.get(triangle as usize).map_or(raw.normals[vertex], |of| of[corner]))
     };
-    let about = About::new(&mesh);
+    let connected = Connected::new(&mesh);
     let at_vertex = |vertex: usize| {
-        let mut sectors = about.sectors(vertex, &mesh);
-        join(&mut sectors, &mesh);
+        let sectors = sectors(vertex, &mesh, &connected);
         let mut changed = Vec::new();
         for sector in &sectors {
             let own = own(sector.triangle, sector.corner);
@@ -65,47 +66,20 @@ pub(super) fn split_at_creases(mut raw: RawMesh, given: bool) -> RawMesh {
     RawMesh { positions: mesh.positions, triangles: mesh.triangles, ..raw }
 }
 
-/// The triangles about every vertex.
-struct About {
-    /// By vertex, where its triangles begin; and the end.
-    start: Vec<u32>,
-    triangles: Vec<u32>,
+/// The triangles at a vertex that have an area.
+fn sectors(vertex: usize, mesh: &TriangleMesh, connected: &Connected) -> Vec<Sector> {
+    let sector = |t: &u32| {
+        let triangle = mesh.triangles[*t as usize];
+        let normal = mesh.triangle_normal(triangle)?;
+        let corner = triangle.iter().position(|v| *v as usize == vertex)?;
+        Some(Sector { triangle: *t, corner, normal, angle: angle_at(&mesh.corners(triangle), corner), group: 0 })
+    };
+    let mut sectors: Vec<Sector> = connected.triangles_at(vertex).iter().filter_map(sector).collect();
+    join(&mut sectors, mesh);
+    sectors
 }
 
-impl About {
-    fn new(mesh: &TriangleMesh) -> Self {
-        let mut start = vec![0_u32; mesh.positions.len() + 1];
-        mesh.triangles.iter().flatten().for_each(|v| start[*v as usize + 1] += 1);
-        for v in 0..mesh.positions.len() {
-            start[v + 1] += start[v];
-        }
-        let (mut next, mut triangles) = (start.clone(), vec![0; 3 * mesh.triangles.len()]);
-        for (t, triangle) in mesh.triangles.iter().enumerate() {
-            for v in triangle {
-                triangles[next[*v as usize] as usize] = t as u32;
-                next[*v as usize] += 1;
-            }
-        }
-        Self { start, triangles }
-    }
-
-    /// Those with an area, each a group of its own.
-    fn sectors(&self, vertex: usize, mesh: &TriangleMesh) -> Vec<Sector> {
-        let triangles = &self.triangles[self.start[vertex] as usize..self.start[vertex + 1] as usize];
-        let sector = |t: &u32| {
-            let triangle = mesh.triangles[*t as usize];
-            let (normal, corners) = (mesh.triangle_normal(triangle)?, mesh.corners(triangle));
-            let corner = triangle.iter().position(|v| *v as usize == vertex)?;
-            let to = |k: usize| corners[(corner + k) % 3] - corners[corner];
-            Some(Sector { triangle: *t, corner, normal, angle: to(1).angle_between(to(2)), group: 0 })
-        };
-        let mut sectors: Vec<Sector> = triangles.iter().filter_map(sector).collect();
-        sectors.iter_mut().enumerate().for_each(|(i, sector)| sector.group = i);
-        sectors
-    }
-}
-
-/// Makes one group of the sectors that hang together by edges that are not sharp.
+/// Finds the groups of the sectors of a vertex: those that hang together by edges that are not sharp.
 fn join(sectors: &mut [Sector], mesh: &TriangleMesh) {
     let other_ends = |(i, sector): (usize, &Sector)| {
         let triangle = mesh.triangles[sector.triangle as usize];
@@ -113,23 +87,14 @@ fn join(sectors: &mut [Sector], mesh: &TriangleMesh) {
     };
     let mut edges: Vec<(u32, usize)> = sectors.iter().enumerate().flat_map(other_ends).collect();
     edges.sort_unstable();
-    let mut group: Vec<usize> = (0..sectors.len()).collect();
+    let mut groups = DisjointSets::new(sectors.len());
     for pair in edges.windows(2) {
         let [(end, a), (other, b)] = [pair[0], pair[1]];
         if end == other && sectors[a].normal.dot(sectors[b].normal) >= SMOOTH {
-            let (a, b) = (root(&mut group, a), root(&mut group, b));
-            group[a.max(b)] = a.min(b);
+            groups.join(a as u32, b as u32);
         }
     }
-    (0..sectors.len()).for_each(|i| sectors[i].group = root(&mut group, i));
-}
-
-fn root(group: &mut [usize], mut of: usize) -> usize {
-    while group[of] != of {
-        group[of] = group[group[of]];
-        of = group[of];
-    }
-    of
+    sectors.iter_mut().enumerate().for_each(|(i, sector)| sector.group = groups.root(i as u32));
 }
 
 #[cfg(test)]

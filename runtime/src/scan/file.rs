@@ -18,6 +18,9 @@ const HEAD: u64 = 1 << 20;
 pub(super) const MOST_UNPACKED: u64 = 100;
 pub(super) const MODEST: u64 = 256 << 20;
 
+/// The first bytes of a compressed file.
+const GZIP: [u8; 2] = [0x1f, 0x8b];
+
 /// A file that can be read, and its beginning.
 pub(super) struct Opened {
     file: File,
@@ -41,7 +44,7 @@ impl Opened {
             return Err(ScanFault::Empty);
         }
         let head = beginning(&mut file)?;
-        if head.starts_with(&[0x1f, 0x8b]) {
+        if head.starts_with(&GZIP) {
             return Self::unpack(path, file, about.len());
         }
         Ok(Self { file, name: path.to_owned(), size: about.len(), head })
@@ -72,6 +75,10 @@ impl Opened {
             return Err(ScanFault::Empty);
         }
         let head = beginning(&mut file)?;
+        if head.starts_with(&GZIP) {
+            let message = "it holds another compressed file; unpack it once".to_owned();
+            return Err(ScanFault::malformed("gzip", "compressed data", message));
+        }
         let name = match path.extension() {
             Some(ending) if ending.eq_ignore_ascii_case("gz") => path.with_extension(""),
             _ => path.to_owned(),

@@ -26,8 +26,6 @@ pub struct Loaded {
     pub format: String,
     /// What is left out.
     pub cleaning: Cleaning,
-    /// Vertices are there several times, since triangles differ in their normals or texture coordinates there.
-    pub is_split: bool,
     /// Names of the fields of its points that are not read.
     pub ignored: Vec<String>,
     /// Sentences for the user about faults of the file that were put up with.
@@ -44,7 +42,6 @@ pub fn load(path: &Path, options: &ReadOptions, progress: &dyn Progress) -> Resu
         let Contents { format, raw, unit, mut cleaning, warnings, .. } = contents;
         let mut raw = raw.into_millimetres(unit)?;
         let ignored = std::mem::take(&mut raw.ignored);
-        let is_split = !raw.corner_normals.is_empty() || !raw.corner_texcoords.is_empty();
         let (mut mesh, mut attributes) = raw.split_corners();
         if options.drop_outliers {
             cleaning.outliers = pieces::drop_outliers(&mut mesh, &mut attributes) as u64;
@@ -63,7 +60,7 @@ pub fn load(path: &Path, options: &ReadOptions, progress: &dyn Progress) -> Resu
             mesh.groups.clear();
         }
         let unit = Unit::ALL.into_iter().find(|known| known.millimetres() == unit).unwrap_or_default();
-        Ok(Loaded { mesh, attributes, unit, format: format.name().to_owned(), cleaning, is_split, ignored, warnings })
+        Ok(Loaded { mesh, attributes, unit, format: format.name().to_owned(), cleaning, ignored, warnings })
     };
     loaded().map_err(|fault: ScanFault| fault.at(path))
 }

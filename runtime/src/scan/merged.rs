@@ -105,7 +105,7 @@ fn attributes(scans: &[Scan], frames: &[Station]) -> Attributes {
     }
 }
 
-/// Of which scan each point is.
+/// The number of the scan that each point comes from.
 fn parts(scans: &[Scan]) -> ScanParts {
     let numbers = scans.iter().zip(0_u32..);
     ScanParts {

@@ -5,7 +5,7 @@ use crate::mesh::Bounds;
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// The largest number of points in a leaf.
+/// The largest number of points in a leaf, a power of two.
 const LEAF: usize = 8;
 /// Runs of more points are split by several threads.
 const PARALLEL: usize = 1 << 14;
@@ -31,7 +31,12 @@ struct Plane {
 
 /// The number of planes in the tree of a run: one less than leaves. Halving leaves runs of two lengths at each depth.
 fn planes_of(count: usize) -> usize {
-    let depth = (0..usize::BITS).find(|depth| count >> depth <= LEAF).unwrap_or(0);
+    if count <= LEAF {
+        return 0;
+    }
+    // The least depth at which the shorter of the runs are leaves.
+    let shallow = count.ilog2() - LEAF.ilog2();
+    let depth = if count >> shallow <= LEAF { shallow } else { shallow + 1 };
     let shorter = count >> depth;
     let longer = count - (shorter << depth);
     // Longer ones have a point more.

@@ -96,7 +96,9 @@ impl Contents {
         let (mut raw, mut cleaning, scans) = match cloud_reader(format) {
             Some(read) => {
                 let mut points = reservoir(None);
-                commented.into_iter().for_each(|unit| points.unit(unit));
+                if let Some(unit) = commented {
+                    points.unit(unit);
+                }
                 let (size, only) = (opened.size, options.only);
                 read(Input { bytes: Box::new(opened.stream()), size, only }, &mut points)?;
                 points.finish()

@@ -31,7 +31,7 @@ pub(super) fn simplify(mesh: &mut TriangleMesh, attributes: &mut Attributes, mos
     let mut fewest = Vec::new();
     loop {
         let triangles = merged(mesh, &clusters(mesh, edge));
-        // What would be no mesh any more stays as it was before.
+        // A mesh of which nothing would be left stays as it was before.
         if triangles.is_empty() {
             break;
         }

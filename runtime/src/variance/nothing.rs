@@ -97,7 +97,7 @@ mod tests {
             let said = other_unit(ratio, "mm", true);
             assert!(said.contains(expected), "{ratio}: {said}");
         }
-        // What --unit said was wrong, and a script has no unit to be wrong.
+        // The unit of --unit was wrong; a script has no unit that could be.
         assert!(other_unit(25.4, "in", false).contains("--unit mm`"));
         assert!(other_unit(25.4, "mm", false).contains("one of the units"));
     }

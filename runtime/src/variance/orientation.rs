@@ -4,6 +4,7 @@ use crate::bvh::Bvh;
 use crate::mesh::{TriangleMesh, tetrahedron};
 use crate::model::Texels;
 use std::collections::HashMap;
+use std::f64::consts::PI;
 
 /// Sampled texels per part.
 const SAMPLES: usize = 2000;
@@ -115,29 +116,96 @@ pub(crate) fn turn_mesh(mesh: &mut TriangleMesh, turned: &[bool]) {
     }
 }
 
-/// Whether a mesh is closed and encloses a negative volume.
+/// Whether a mesh encloses a negative volume, whatever surface closes the openings that it has.
 pub(crate) fn is_inside_out(mesh: &TriangleMesh) -> bool {
-    enclosed_volume(mesh).is_some_and(|volume| volume < 0.0)
+    Enclosed::by(mesh).is_some_and(|enclosed| enclosed.volume + enclosed.uncertain(mesh) < 0.0)
 }
 
 /// The volume that a mesh encloses, negative where it is inside out; none where it is not closed, every edge between
 /// two triangles that agree. Cubic millimetres.
 pub(crate) fn enclosed_volume(mesh: &TriangleMesh) -> Option<f64> {
-    // Parts of a mesh do not share vertices, but places.
-    let place = mesh.position_numbers();
-    let mut edges: HashMap<[u32; 2], i32> = HashMap::new();
-    let mut volume = 0.0;
-    let origin = mesh.triangles.first().map(|t| mesh.corners(*t)[0])?;
-    for triangle in &mesh.triangles {
-        for k in 0..3 {
-            let [from, to] = [triangle[k], triangle[(k + 1) % 3]].map(|v| place[v as usize]);
-            // A triangle without area may have an edge of no length.
-            if from == to {
-                continue;
-            }
-            *edges.entry([from.min(to), from.max(to)]).or_default() += if from < to { 1 } else { -1 };
-        }
-        volume += tetrahedron(mesh.corners(*triangle).map(|p| p - origin));
+    Enclosed::by(mesh).filter(|enclosed| enclosed.rim == 0.0).map(|enclosed| enclosed.volume)
+}
+
+/// What a mesh encloses.
+struct Enclosed {
+    /// Of the tetrahedra between its triangles and a place of it. Cubic millimetres.
+    volume: f64,
+    /// The length of the edges that are not between two triangles that agree. Millimetres.
+    rim: f64,
+}
+
+impl Enclosed {
+    /// The most that surfaces across the openings add to the volume or take from it: curves of a length L span an area
+    /// of at most L^2 / 4 pi (the isoperimetric inequality), within their convex hull, and a surface no farther from a
+    /// place than D makes a third of its area times D. Cubic millimetres.
+    fn uncertain(&self, mesh: &TriangleMesh) -> f64 {
+        self.rim * self.rim * mesh.bounds().diagonal() / (12.0 * PI)
     }
-    edges.values().all(|balance| *balance == 0).then_some(volume)
+
+    /// None of a mesh without triangles.
+    fn by(mesh: &TriangleMesh) -> Option<Self> {
+        // Parts of a mesh do not share vertices, but places.
+        let place = mesh.position_numbers();
+        let mut edges: HashMap<[u32; 2], (i32, f64)> = HashMap::new();
+        let mut volume = 0.0;
+        let origin = mesh.triangles.first().map(|t| mesh.corners(*t)[0])?;
+        for triangle in &mesh.triangles {
+            let corners = mesh.corners(*triangle);
+            for k in 0..3 {
+                let [from, to] = [triangle[k], triangle[(k + 1) % 3]].map(|v| place[v as usize]);
+                // A triangle without area may have an edge of no length.
+                if from == to {
+                    continue;
+                }
+                let length = corners[k].distance(corners[(k + 1) % 3]);
+                let edge = edges.entry([from.min(to), from.max(to)]).or_insert((0, length));
+                edge.0 += if from < to { 1 } else { -1 };
+            }
+            volume += tetrahedron(corners.map(|p| p - origin));
+        }
+        let rim = edges.values().map(|(balance, length)| f64::from(balance.abs()) * length).sum();
+        Some(Self { volume, rim })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A ball of radius 10 of so many rows of triangles, of which the last are left out.
+    fn ball(rows: u32, left_out: u32) -> TriangleMesh {
+        let columns = 2 * rows;
+        let mut mesh = TriangleMesh::default();
+        for i in 0..=rows {
+            let (sin, cos) = if i % rows == 0 { (0.0, 1.0) } else { (PI * f64::from(i) / f64::from(rows)).sin_cos() };
+            let cos = if i == rows { -1.0 } else { cos };
+            for j in 0..columns {
+                let (y, x) = (2.0 * PI * f64::from(j) / f64::from(columns)).sin_cos();
+                mesh.positions.push([10.0 * sin * x, 10.0 * sin * y, 10.0 * cos]);
+            }
+        }
+        let at = |i: u32, j: u32| i * columns + j % columns;
+        for (i, j) in (0..rows - left_out).flat_map(|i| (0..columns).map(move |j| (i, j))) {
+            mesh.triangles.push([at(i, j), at(i + 1, j), at(i + 1, j + 1)]);
+            mesh.triangles.push([at(i, j), at(i + 1, j + 1), at(i, j + 1)]);
+        }
+        mesh
+    }
+
+    #[test]
+    fn the_side_of_a_mesh_is_known_in_spite_of_small_openings() {
+        let turned = |mut mesh: TriangleMesh| {
+            mesh.triangles.iter_mut().for_each(|t| t.swap(0, 1));
+            mesh
+        };
+        let volume = enclosed_volume(&ball(20, 0)).unwrap();
+        assert!((volume / (4000.0 / 3.0 * PI) - 1.0).abs() < 0.02, "{volume}");
+        for left_out in [0, 1, 4] {
+            assert_eq!(enclosed_volume(&ball(20, left_out)).is_some(), left_out == 0);
+            assert!(!is_inside_out(&ball(20, left_out)) && is_inside_out(&turned(ball(20, left_out))), "{left_out}");
+        }
+        // A bowl has no side.
+        assert!(!is_inside_out(&turned(ball(20, 10))));
+    }
 }

@@ -88,7 +88,7 @@ pub struct MeasuredPoints {
     pub distances: Vec<Option<PointDistance>>,
     /// Whether a point has no distance because the surface near it faces another way. As many as points.
     pub facing_away: Vec<bool>,
-    /// Of which scan each is, where several were put together.
+    /// The number of the scan that each comes from, where several were put together.
     pub parts: ScanParts,
     /// The scan's colours, in sRGB; as many as points, or none.
     pub colours: Vec<[u8; 3]>,

@@ -54,7 +54,7 @@ pub fn colour_figure(deviations: &Deviations, colours: &ScanColours) -> Picture 
     picture
 }
 
-/// What the texels of a pixel have.
+/// The sum over the texels of a pixel.
 #[derive(Clone, Copy, Default)]
 struct Pixel {
     sum: [u32; 3],
@@ -63,8 +63,8 @@ struct Pixel {
     class: Option<Class>,
 }
 
-/// What stands where there is no colour, at a place in rows of `width` pixels: the colour of a class, or stripes, also
-/// where something was measured whose points have no intensity.
+/// The colour of a pixel for which the scan has none, at a place in rows of `width` pixels: that of its class, or
+/// stripes, also where something was measured whose points have no intensity.
 fn mark(class: Class, at: usize, width: usize) -> [u8; 3] {
     let colour = class_colour(class).filter(|_| class != Class::NoData);
     colour.unwrap_or_else(|| stripes(at % width, at / width, period(width)))

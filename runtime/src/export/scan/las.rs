@@ -160,6 +160,11 @@ fn intensities(values: &[f32]) -> [f64; 2] {
     }
 }
 
+/// Whether intensities are other numbers in the file.
+pub(super) fn spreads(values: &[f32]) -> bool {
+    intensities(values) != [1.0, 0.0] && values.iter().any(|v| *v != 0.0)
+}
+
 /// A record of variable length.
 fn record(user: &str, id: u16, contents: &[u8]) -> Vec<u8> {
     let mut bytes = vec![0; RECORD];

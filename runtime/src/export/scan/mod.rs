@@ -149,12 +149,30 @@ impl ScanFormat {
         self != Self::Pts
     }
 
-    /// What a file of the format has room for, beside positions and triangles.
+    /// The number of points of a mesh in a file of the format, in which those at one place may be one.
     #[must_use]
-    pub fn holds(self) -> Holds {
+    pub fn count_points(self, mesh: &TriangleMesh) -> usize {
+        match self {
+            Self::Mesh(MeshFormat::Ply | MeshFormat::Obj) => mesh::count_places(mesh),
+            _ => mesh.positions.len(),
+        }
+    }
+
+    /// Whether intensities are other numbers in a file of the format.
+    #[must_use]
+    pub fn spreads(self, intensities: &[f32]) -> bool {
+        matches!(self, Self::Las | Self::Laz) && las::spreads(intensities)
+    }
+
+    /// What of a mesh a file of the format has room for, beside positions and triangles.
+    #[must_use]
+    pub fn holds(self, mesh: &TriangleMesh) -> Holds {
         let all = Holds { normals: true, colours: true, intensities: true, stations: true, texcoords: false };
         match self {
-            Self::Mesh(MeshFormat::Ply) => Holds { stations: false, texcoords: true, ..all },
+            Self::Mesh(MeshFormat::Ply) => {
+                // A vertex of a PLY file has one.
+                Holds { stations: false, texcoords: !mesh::has_seams(mesh), ..all }
+            }
             Self::Mesh(MeshFormat::Obj) => Holds { normals: true, texcoords: true, ..Holds::default() },
             Self::Mesh(MeshFormat::Stl) | Self::ThreeMf => Holds::default(),
             Self::Off => Holds { normals: true, colours: true, ..Holds::default() },

@@ -2,7 +2,6 @@
 
 use super::Whole;
 use crate::fit::infer::agreement::{Shape, compare};
-use crate::fit::infer::joint::{JointUncertainty, assess};
 use crate::fit::refine::joint::Joint;
 use crate::fit::result::Agreement;
 use crate::fit::tuning::OTHER_OBJECT;
@@ -45,15 +44,7 @@ fn shape(whole: &Whole, joint: &Joint, scans: &[usize]) -> Option<Shape> {
     if whole.monitor.cancelled() {
         return None;
     }
-    let mut apart = joint.of_scans(scans).refine(whole.given());
-    // As it is done for all scans: shorter steps, where what remains is not small.
-    for step in [1.0, 0.1, 0.01] {
-        apart = apart.polish(step, None);
-        let of = apart.solutions()?;
-        let uncertainty = assess(&apart, &of);
-        if step == 0.01 || uncertainty.as_ref().is_none_or(JointUncertainty::is_settled) || whole.monitor.cancelled() {
-            return Shape::of(&of, uncertainty);
-        }
-    }
-    None
+    let apart = joint.of_scans(scans).refine(whole.given()).polish(1.0, None);
+    let (_, of, uncertainty) = whole.assessed(apart, None).ok()?;
+    Shape::of(&of, uncertainty)
 }

@@ -230,7 +230,7 @@ impl<'a> Whole<'a> {
         let scan = merged(self.scans, &joint.estimate.motions);
         let merged_by = joint.estimate.motions.clone();
         let mut best = joint;
-        // What does not explain all scans is no place to begin from.
+        // A solution that does not explain all scans is no place to begin from.
         let afresh = (!explains_all(&best)).then_some(self.options);
         for options in [&options].into_iter().chain(afresh) {
             let Found { x, motion } = self.monitor.stage("all scans", || self.solved(&scan, options))?;
@@ -246,13 +246,13 @@ impl<'a> Whole<'a> {
     /// Standard deviations, whether the scans agree, and the result.
     fn concluded(&self, joint: Joint<'a>) -> Result<SeveralFit, FitError> {
         let monitor = self.monitor;
-        let (joint, of, uncertainty) = monitor.stage("uncertainty", || self.assessed(joint))?;
+        let (joint, of, uncertainty) = monitor.stage("uncertainty", || self.assessed(joint, Some(POLISH)))?;
         let agreements = monitor.stage("agreement", || apart::agreements(self, &joint));
         monitor.stage("uncertainty", || report::result(self, &joint, &of, uncertainty, agreements))
     }
 
     /// The optimum with its uncertainty, which is None where the user does not wait.
-    fn assessed(&self, mut joint: Joint<'a>) -> Result<Assessed<'a>, FitError> {
+    fn assessed(&self, mut joint: Joint<'a>, stage: Option<&'static str>) -> Result<Assessed<'a>, FitError> {
         let absent = || FitError::Evaluation(crate::model::EvaluationError::new("the model does not exist at the end"));
         let mut of = joint.solutions().ok_or_else(absent)?;
         let mut uncertainty: Option<JointUncertainty> = None;
@@ -263,7 +263,7 @@ impl<'a> Whole<'a> {
                 if uncertainty.as_ref().is_none_or(JointUncertainty::is_settled) || self.monitor.cancelled() {
                     break;
                 }
-                joint = joint.polish(step, Some(POLISH));
+                joint = joint.polish(step, stage);
                 of = joint.solutions().ok_or_else(absent)?;
                 uncertainty = assess(&joint, &of);
             }

@@ -77,7 +77,10 @@ fn is_facet(bytes: &[u8]) -> bool {
 fn read_ascii(text: &str) -> Result<(Vec<[f64; 3]>, Vec<Group>), ScanFault> {
     let (mut corners, mut groups) = (Vec::new(), Vec::<Group>::new());
     let (mut triangles, mut in_solid) = (0, false);
-    for (i, line) in text.lines().enumerate() {
+    // Old programs end lines by a carriage return alone.
+    let end = if text.contains('\n') { '\n' } else { '\r' };
+    let lines = || text.trim_ascii_end().split(end).map(str::trim_ascii_end);
+    for (i, line) in lines().enumerate() {
         let fault = |message: String| ScanFault::malformed(FORMAT, format!("line {}", i + 1), message);
         let mut words = line.split_whitespace();
         let Some(keyword) = words.next() else { continue };
@@ -114,7 +117,7 @@ fn read_ascii(text: &str) -> Result<(Vec<[f64; 3]>, Vec<Group>), ScanFault> {
     }
     if in_solid {
         let message = "the file ends before `endsolid`; it is cut off: export it again";
-        return Err(ScanFault::malformed(FORMAT, format!("line {}", text.lines().count()), message));
+        return Err(ScanFault::malformed(FORMAT, format!("line {}", lines().count()), message));
     }
     corners.truncate(3 * triangles);
     groups.retain(|group| group.start < group.end);

@@ -244,6 +244,9 @@ fn stls_of_all_kinds() {
     let mesh = mesh_of("a.stl", &two).unwrap();
     assert_eq!((mesh.positions[0][2], mesh.triangles.len()), (1e6 + 0.1, 2));
     assert_eq!(mesh.groups[1].name, "solid 2");
+    // As old programs end lines.
+    let old = mesh_of("a.stl", two.replace('\n', "\r")).unwrap();
+    assert_eq!((old.positions, old.groups), (mesh.positions, mesh.groups));
     let mut binary = Vec::new();
     write_to(&mut binary, &patch(), MeshFormat::Stl).unwrap();
     // Many programs begin the comment of a binary file with `solid`, and some pad the file.
@@ -252,6 +255,21 @@ fn stls_of_all_kinds() {
     binary[..11].fill(b' ');
     binary.extend([0; 7]);
     assert_eq!(counts("a.stl", &binary), (4, 2));
+}
+
+#[test]
+fn compressed_files_are_unpacked_once() {
+    use std::io::Write;
+    let packed = |bytes: &[u8]| {
+        let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+        encoder.write_all(bytes).unwrap();
+        encoder.finish().unwrap()
+    };
+    let once = packed(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    assert_eq!(counts("a.obj.gz", &once), (3, 1));
+    assert_eq!(counts("a.obj", &once), (3, 1));
+    let error = scan_of("a.obj.gz", packed(&once)).unwrap_err();
+    assert!(error.contains("it holds another compressed file; unpack it once"), "{error}");
 }
 
 #[test]

@@ -8,7 +8,7 @@ mod crease;
 mod segments;
 
 use crate::bvh::{Bvh, BvhError};
-use crate::mesh::TriangleMesh;
+use crate::mesh::{TriangleMesh, angle_at};
 use crate::model::{Tessellation, Texels};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -101,7 +101,7 @@ fn average_vertices(mesh: &mut TriangleMesh) {
         let Some(normal) = mesh.triangle_normal(*triangle) else { continue };
         let corners = mesh.corners(*triangle);
         for k in 0..3 {
-            let angle = (corners[(k + 1) % 3] - corners[k]).angle_between(corners[(k + 2) % 3] - corners[k]);
+            let angle = angle_at(&corners, k);
             if angle.is_finite() {
                 *sums.entry(key(corners[k].to_array())).or_default() += angle * normal;
             }

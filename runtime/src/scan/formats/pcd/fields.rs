@@ -49,6 +49,15 @@ impl<'a> Layout<'a> {
     }
 }
 
+/// Names of the fields that are read.
+const POSITION: [&[&str]; 3] = [&["x"], &["y"], &["z"]];
+const NORMAL: [&[&str]; 3] = [&["normal_x", "nx"], &["normal_y", "ny"], &["normal_z", "nz"]];
+const PACKED_COLOUR: &[&str] = &["rgb", "rgba"];
+const COLOUR: [&[&str]; 3] = [&["r", "red"], &["g", "green"], &["b", "blue"]];
+const INTENSITY: &[&str] = &["intensity", "intensities", "reflectance", "reflectivity", "i"];
+/// The name of bytes without a meaning.
+const PADDING: &str = "_";
+
 /// A colour in the fields.
 #[derive(Clone, Copy, Debug)]
 enum Colour {
@@ -100,7 +109,7 @@ impl Roles {
         let fault = |message: String| ScanFault::malformed(FORMAT, "header", message);
         let named = |names: &[&str]| header.fields.iter().find(|field| names.contains(&field.name.as_str()));
         if let Some(field) =
-            header.fields.iter().find(|field| field.kind == b'F' && field.size < 4 && field.name != "_")
+            header.fields.iter().find(|field| field.kind == b'F' && field.size < 4 && field.name != PADDING)
         {
             return Err(fault(format!(
                 "the field `{}` has type F and size {}, floating-point numbers have 4 or 8 bytes; correct TYPE",
@@ -112,14 +121,14 @@ impl Roles {
             let [a, b, c] = names.map(|names| named(names).map(Slot::of));
             Some([a?, b?, c?])
         };
-        let position = three([&["x"], &["y"], &["z"]]).ok_or_else(|| {
+        let position = three(POSITION).ok_or_else(|| {
             fault(format!(
                 "fields x, y and z were expected, there are `{}`; export it with coordinates",
                 header.names()
             ))
         })?;
-        let normal = three([&["normal_x", "nx"], &["normal_y", "ny"], &["normal_z", "nz"]]);
-        let colour = match named(&["rgb", "rgba"]) {
+        let normal = three(NORMAL);
+        let colour = match named(PACKED_COLOUR) {
             Some(field) if field.size == 4 => Colour::Packed(Slot::of(field)),
             Some(field) => {
                 batch.warn(format!(
@@ -128,7 +137,7 @@ impl Roles {
                 ));
                 Colour::None
             }
-            None => match three([&["r", "red"], &["g", "green"], &["b", "blue"]]) {
+            None => match three(COLOUR) {
                 Some(slots) if slots.iter().all(|slot| slot.size == 1) => Colour::Apart(slots),
                 Some(_) => {
                     batch.warn("colours are left out: fields r, g and b of one byte each were expected".to_owned());
@@ -137,11 +146,11 @@ impl Roles {
                 None => Colour::None,
             },
         };
-        let intensity = named(&["intensity", "intensities", "reflectance", "reflectivity", "i"]).map(Slot::of);
-        let normals = ["normal_x", "nx", "normal_y", "ny", "normal_z", "nz"];
-        let colours = ["rgb", "rgba", "r", "red", "g", "green", "b", "blue"];
-        let others = ["x", "y", "z", "intensity", "intensities", "reflectance", "reflectivity", "i", "_"];
-        let read = |name: &str| others.contains(&name) || normals.contains(&name) || colours.contains(&name);
+        let intensity = named(INTENSITY).map(Slot::of);
+        let read = |name: &str| {
+            let lists = [POSITION, NORMAL, COLOUR].into_iter().flatten().chain([PACKED_COLOUR, INTENSITY]);
+            name == PADDING || lists.into_iter().any(|names| names.contains(&name))
+        };
         header.fields.iter().filter(|field| !read(&field.name)).for_each(|field| batch.ignore(&field.name));
         Ok(Self { position, normal, colour, intensity })
     }

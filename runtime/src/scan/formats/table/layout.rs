@@ -61,8 +61,8 @@ struct Fit<'a> {
     rows: Vec<Vec<Cell>>,
     /// Those that should.
     lines: usize,
-    /// The marks of numbers may group thousands.
-    thousands: bool,
+    /// From the first point on.
+    rest: &'a [Line<'a>],
 }
 
 impl Layout {
@@ -113,39 +113,36 @@ impl Layout {
         let rows = Rows(&fit.rows);
         let stated = texts.iter().chain(&remarks).find_map(|(number, line)| Some((*number, names::stated_unit(line)?)));
         let mut column_names = Vec::new();
-        let (mut columns, mut unit, mut unknown) = match named {
+        let (mut columns, named_unit) = match named {
             Some(names) => {
                 column_names = names.all;
-                (names.columns, names.unit, names.unknown_unit.map(|word| (header.unwrap_or(1), word)))
+                (names.columns, names.unit.map(|unit| (header.unwrap_or(1), unit)))
             }
             None => {
                 refuse_mixed(fit)?;
                 let (columns, warning) = guess::columns(&fit.numeric, &rows);
                 warnings.extend(warning);
-                (columns, None, None)
+                (columns, None)
             }
         };
-        match stated.clone() {
-            Some((_, Ok(stated))) => unit = unit.or(Some(stated)),
-            Some((number, Err(word))) => unknown = unknown.or(Some((number, word))),
-            None => {}
-        }
-        if let (None, Some((number, word))) = (unit, unknown) {
+        let units = || [&named_unit, &stated].into_iter().flatten();
+        let unit = units().find_map(|(_, unit)| unit.as_ref().ok());
+        if let (None, Some((number, Err(word)))) = (unit, units().next()) {
             let known = "um, mm, cm, m, in or ft";
             warnings.push(format!("line {number}: the unit `{word}` is not known: --unit says which it is ({known})"));
         }
-        warnings.extend(fit.thousands.then(|| {
+        warnings.extend(may_be_thousands(dialect, fit.rest, &fit.numeric).then(|| {
             "all numbers have three digits behind a mark, or no mark: if the marks group thousands, export the file without"
                 .to_owned()
         }));
         if header.is_some() {
             check_named(fit, &mut columns, &mut warnings)?;
         }
-        let of_unit = stated.map(|(number, _)| number);
+        let of_unit = stated.as_ref().map(|(number, _)| number);
         let mut unused = texts
             .iter()
             .copied()
-            .filter(|line| Some(line.0) != header && Some(line.0) != of_unit && lone_count(line.1).is_none());
+            .filter(|line| Some(line.0) != header && Some(&line.0) != of_unit && lone_count(line.1).is_none());
         if let Some((number, line)) = unused.next() {
             let others = match unused.count() {
                 0 => String::new(),
@@ -338,8 +335,7 @@ impl<'a> Fit<'a> {
             return None;
         }
         let (preamble, rest) = lines.split_at(start);
-        let thousands = may_be_thousands(dialect, rest, &numeric);
-        Some(Self { dialect, width, preamble, first: rest[0].0, numeric, rows, lines: lines_behind, thousands })
+        Some(Self { dialect, width, preamble, first: rest[0].0, rest, numeric, rows, lines: lines_behind })
     }
 
     /// Whether nearly all lines are points, with a few others before them at most.

@@ -62,37 +62,33 @@ pub(super) struct Names {
     /// As they stand there.
     pub(super) all: Vec<String>,
     pub(super) columns: Columns,
-    /// The unit of the coordinates.
-    pub(super) unit: Option<Unit>,
-    /// What stands in brackets behind the name of a coordinate and is no unit that is known.
-    pub(super) unknown_unit: Option<String>,
+    /// The unit of the coordinates, or the text that stands in its place and is no unit that gmlc knows.
+    pub(super) unit: Option<Result<Unit, String>>,
 }
 
 /// A name.
 struct Name {
     /// Letters and digits, in lower case, without the unit.
     bare: String,
-    unit: Option<Unit>,
-    unknown_unit: Option<String>,
+    /// As in [`Names::unit`].
+    unit: Option<Result<Unit, String>>,
 }
 
 impl Name {
     fn of(text: &str) -> Self {
         let text = text.trim_matches(|c: char| c.is_whitespace() || c == '"' || c == '\'').to_lowercase();
-        let mut unknown_unit = None;
         let (base, unit) = match text.find(['[', '(']) {
             Some(at) => {
                 let inside = text[at + 1..].trim_end_matches([']', ')', ' ']);
-                unknown_unit = unit(inside).is_none().then(|| inside.to_owned());
-                (&text[..at], unit(inside))
+                (&text[..at], Some(unit(inside).ok_or_else(|| inside.to_owned())))
             }
             // `x_mm` and `x mm`.
             None => match text.rsplit_once(['_', ' ']).map(|(base, word)| (base, unit(word))) {
-                Some((base, Some(unit))) => (base, Some(unit)),
+                Some((base, Some(unit))) => (base, Some(Ok(unit))),
                 _ => (text.as_str(), None),
             },
         };
-        Self { bare: base.chars().filter(|c| c.is_alphanumeric()).collect(), unit, unknown_unit }
+        Self { bare: base.chars().filter(|c| c.is_alphanumeric()).collect(), unit }
     }
 }
 
@@ -165,11 +161,12 @@ impl Names {
     fn of_words(words: &[String]) -> Result<Option<Self>, String> {
         let names: Vec<Name> = words.iter().map(|word| Name::of(word)).collect();
         let Some(position) = three(&names, POSITION)? else { return Ok(None) };
-        let units = position.map(|i| names[i].unit);
-        let unit = units.into_iter().flatten().next();
-        if units.iter().flatten().any(|other| Some(*other) != unit) {
+        let stated = || position.iter().filter_map(|i| names[*i].unit.as_ref());
+        let known = || stated().filter_map(|unit| unit.as_ref().ok());
+        if known().zip(known().skip(1)).any(|(one, next)| one != next) {
             return Err("the coordinates have different units".to_owned());
         }
+        let unit = stated().find(|unit| unit.is_ok()).or_else(|| stated().next()).cloned();
         let columns = Columns {
             position,
             // Of what is there twice nothing is taken.
@@ -178,8 +175,7 @@ impl Names {
             brightest: 255.0,
             intensity: column(&names, INTENSITY).unwrap_or(None),
         };
-        let unknown_unit = position.iter().find_map(|i| names[*i].unknown_unit.clone());
-        Ok(Some(Self { count: words.len(), all: words.to_vec(), columns, unit, unknown_unit }))
+        Ok(Some(Self { count: words.len(), all: words.to_vec(), columns, unit }))
     }
 }
 
@@ -226,9 +222,9 @@ mod tests {
             ["X [mm],Y [mm],Z [mm]", "X [mm] Y [mm] Z [mm]", "x_mm;y_mm;z_mm", "x(mm)\ty(mm)\tz(mm)", "x mm,y,z"];
         for line in units {
             let names = names(line).unwrap();
-            assert_eq!((names.columns.position, names.unit, names.count), ([0, 1, 2], Some(Unit::Mm), 3), "{line}");
+            assert_eq!((names.columns.position, names.unit, names.count), ([0, 1, 2], Some(Ok(Unit::Mm)), 3), "{line}");
         }
-        assert_eq!(names("x (Inches),y,z").unwrap().unit, Some(Unit::In));
+        assert_eq!(names("x (Inches),y,z").unwrap().unit, Some(Ok(Unit::In)));
         let all = names("id,Z,Y,X,Blue,Green,Red,Nx,Ny,Nz,Intensity").unwrap().columns;
         assert_eq!((all.position, all.normal, all.colour), ([3, 2, 1], Some([7, 8, 9]), Some([6, 5, 4])));
         assert_eq!(all.intensity, Some(10));
