@@ -27,8 +27,8 @@ fn every_command_of_the_documentation_works() {
             let command = match step {
                 Step::Run(command) => command,
                 Step::Save(name, script) => {
-                    fs::write(folder.path().join(name), script).expect("written");
-                    run.clear();
+                    fs::write(folder.path().join(&name), script).expect("written");
+                    run.retain(|command: &String| !command.contains(&name));
                     continue;
                 }
             };

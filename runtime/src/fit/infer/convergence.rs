@@ -11,7 +11,7 @@ use crate::fit::problem::objective::{Objective, Order};
 use crate::fit::problem::parameterization::Estimate;
 use crate::fit::refine::schedule::{POLISH, Solution, foot_tolerance};
 use crate::fit::tuning::{
-    AVERAGED_PAIRS, AVERAGED_REACH, EQUAL_FITS, HELD_NOISE, HELD_STEP, POLISH_ITERATIONS, RESUMED_STEP,
+    AVERAGED_PAIRS, AVERAGED_REACH, EQUAL_FITS, HELD_NOISE, HELD_STEP, MANY_POINTS, POLISH_ITERATIONS, RESUMED_STEP,
     SETTLED_ROUNDING, SETTLED_STEP, STALLED_NAMED,
 };
 use crate::sampling::halton;
@@ -80,8 +80,7 @@ pub(crate) fn assess(mut solution: Solution) -> Assessed {
     };
     let mut at = Candidate::new(solution, uncertainty);
     for way in CONTINUATIONS {
-        let enough = at.remaining.is_settled() || way.is_long() && at.is_lost_in_noise();
-        if enough || problem.monitor.cancelled() {
+        if at.is_near_enough() || way.is_long() && at.is_lost_in_noise() || problem.monitor.cancelled() {
             break;
         }
         at = at.on(way);
@@ -93,7 +92,7 @@ impl<'a> Candidate<'a> {
     fn new(solution: Solution<'a>, uncertainty: Uncertainty) -> Self {
         let remaining = Remaining::of(&solution, &solution.evaluation.gradient, &uncertainty);
         let mut new = Self { solution, uncertainty, remaining };
-        if !new.remaining.is_settled()
+        if !new.is_near_enough()
             && let Some(gradient) = new.averaged_gradient()
         {
             new.remaining = Remaining::of(&new.solution, &gradient, &new.uncertainty);
@@ -159,6 +158,12 @@ impl<'a> Candidate<'a> {
         }
         let warning = (!solution.converged && !monitor.cancelled()).then(|| remaining.warning(&solution));
         Assessed { solution, uncertainty: Some(uncertainty), warning }
+    }
+
+    /// Whether no shorter step is looked for, not even by the ways that take the least time.
+    fn is_near_enough(&self) -> bool {
+        let many = self.solution.level.problem.points.len() > MANY_POINTS;
+        self.remaining.is_settled() || many && self.is_lost_in_noise()
     }
 
     /// Whether the step that remains is no longer than one standard deviation in every coordinate and moves the surface
