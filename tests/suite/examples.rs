@@ -74,12 +74,12 @@ fn walls_of_the_examples_do_not_pass_through_each_other() {
         let program = example_program(name);
         let defaults: Vec<f64> = program.parameters().iter().map(|p| p.default).collect();
         let shapes =
-            std::iter::once(defaults.clone()).chain((0..8).map(|_| middle_half(&program, &defaults, &mut random)));
+            std::iter::once(defaults.clone()).chain((0..20).map(|_| middle_half(&program, &defaults, &mut random)));
         let mut most = 0.0_f64;
         for x in shapes {
             // Shapes that a `require` rules out are no shapes.
             let Ok(instance) = Model::instantiate(&program, &x) else { continue };
-            let atlas = Atlas::new(&program, &*instance, 128).expect("it fits");
+            let atlas = Atlas::new(&program, &*instance, 256).expect("it fits");
             let texels = Texels::of_model(&program, &*instance, &atlas).expect("a surface");
             let material = Material::new(&program, &*instance).expect("a surface");
             let (mut whole, mut buried, mut passed) = (0.0, 0.0, 0.0);
