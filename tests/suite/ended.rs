@@ -101,7 +101,7 @@ fn kill_runs(kills: u32) -> [u32; 3] {
 
 #[test]
 fn a_killed_run_leaves_one_result() {
-    kill_runs(8);
+    kill_runs(12);
 }
 
 #[test]
@@ -141,7 +141,7 @@ fn a_disk_that_is_full_at_any_write_leaves_the_earlier_result() {
     // A file of the later result may be smaller than that of the earlier one.
     let size = |name: &String| fs::metadata(out.join(name)).expect("there").len() as usize;
     let sizes = earlier.keys().map(|name| size(name).min(later[name].len()));
-    let limits = limits(sizes.step_by(2), 4);
+    let limits = limits(sizes, 6);
     assert!(limits.len() > 8, "{limits:?}");
     for (k, limit) in limits.into_iter().enumerate() {
         let output = with_limit(at, limit, false, &words(MEASURE, LATER));

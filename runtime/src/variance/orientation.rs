@@ -127,7 +127,7 @@ pub(crate) fn enclosed_volume(mesh: &TriangleMesh) -> Option<f64> {
     Enclosed::by(mesh).filter(|enclosed| enclosed.rim == 0.0).map(|enclosed| enclosed.volume)
 }
 
-/// What a mesh encloses.
+/// The volume that a mesh encloses, whose openings leave it uncertain.
 struct Enclosed {
     /// Of the tetrahedra between its triangles and a place of it. Cubic millimetres.
     volume: f64,

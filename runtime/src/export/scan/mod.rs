@@ -164,14 +164,14 @@ impl ScanFormat {
         matches!(self, Self::Las | Self::Laz) && las::spreads(intensities)
     }
 
-    /// What of a mesh a file of the format has room for, beside positions and triangles.
+    /// The data of a mesh that a file of the format has room for, beside positions and triangles.
     #[must_use]
     pub fn holds(self, mesh: &TriangleMesh) -> Holds {
         let all = Holds { normals: true, colours: true, intensities: true, stations: true, texcoords: false };
         match self {
             Self::Mesh(MeshFormat::Ply) => {
                 // A vertex of a PLY file has one.
-                Holds { stations: false, texcoords: !mesh::has_seams(mesh), ..all }
+                Holds { stations: false, texcoords: mesh.texcoords.is_empty() || !mesh::has_seams(mesh), ..all }
             }
             Self::Mesh(MeshFormat::Obj) => Holds { normals: true, texcoords: true, ..Holds::default() },
             Self::Mesh(MeshFormat::Stl) | Self::ThreeMf => Holds::default(),

@@ -184,7 +184,7 @@ fn uncertainties_are_the_errors_over_seeds() {
     let shaft = Object::cylinder(8.0, [0.0, 30.0], 0.0, DVec3::ZERO);
     let floor = Object::plate([60.0, 40.0], 0.0, DVec3::ZERO);
     // Between none and many times what noise makes of none.
-    for off in [0.0, 0.03, 0.5] {
+    for off in [0.0, 0.03, 0.25, 1.0] {
         let shift = DVec3::new(off, 0.0, 0.0);
         let end = 2.0 * moved(off / 20.0, shift)(DVec3::new(0.0, 0.0, 50.0)).x;
         let rises = 20.0 * (off / 20.0).sin();
