@@ -32,6 +32,7 @@ mod reservoir;
 mod simplify;
 mod source;
 mod spacing;
+mod spikes;
 mod surface;
 mod survey;
 #[cfg(test)]
@@ -52,6 +53,7 @@ pub use prepare::from_mesh;
 pub use read::{ReferenceMesh, read, read_mesh, read_surface};
 pub use source::{Cleaning, ScanSource};
 pub(crate) use spacing::spacings;
+pub(crate) use spikes::spikes;
 pub use survey::{ScanEntry, SurfaceFigures, Survey, survey};
 pub use unit::{Unit, UnknownUnit};
 

@@ -3,7 +3,7 @@
 use super::weights::Weights;
 use crate::fit::tuning::{
     CLEAN_CLOUD, EMPTY_CELL, MOST_SAMPLE_CELLS, OUTLIER_PASSES, OUTLIER_POINTS, SAMPLE_AIM, SAMPLE_COARSER,
-    SAMPLE_ENOUGH, SAMPLE_ROUNDS, SAMPLE_SPARSE, SPACING_POINTS, WALK_CELLS,
+    SAMPLE_ENOUGH, SAMPLE_ROUNDS, SAMPLE_SPARSE, SPACING_POINTS, SURFACE_SHARE, WALK_CELLS,
 };
 use crate::mesh::{Bounds, TriangleMesh};
 use crate::morton::morton;
@@ -45,7 +45,7 @@ impl Points {
         let all = Self {
             around: averaged(&scan.mesh, &normal),
             normal,
-            prior: weights.of(&scan.mesh),
+            prior: weights.of(&scan.mesh, scan.noise),
             index: (0..position.len() as u32).collect(),
             position,
             cluttered: false,
@@ -248,9 +248,26 @@ impl Points {
                 (best.off, best.index) = (off, i);
             }
         }
-        let least = EMPTY_CELL * median(&mut cells.iter().map(|c| c.prior).collect::<Vec<f64>>()).unwrap_or(0.0);
+        let least = EMPTY_CELL * typical(cells.iter().map(|c| c.prior).collect());
         cells.into_iter().filter(|c| c.prior >= least).map(|c| c.index).collect()
     }
+}
+
+/// The prior weight of a typical cell of a surface: the median, unless that is a cell of outliers, which in a dense
+/// scan have most of the cells and hardly any of the points. Then it is the median of the cells that together hold
+/// nearly all points.
+fn typical(mut priors: Vec<f64>) -> f64 {
+    priors.sort_unstable_by(|a, b| b.total_cmp(a));
+    let enough = SURFACE_SHARE * priors.iter().sum::<f64>();
+    let mut sum = 0.0;
+    let is_needed = |prior: &&f64| {
+        sum += **prior;
+        sum <= enough
+    };
+    let full = priors.iter().take_while(is_needed).count();
+    let of_surface = priors.get(full / 2).copied().unwrap_or(0.0);
+    let of_all = median(&mut priors).unwrap_or(0.0);
+    if of_all < EMPTY_CELL * of_surface { of_surface } else { of_all }
 }
 
 /// A cell of space in which there are points.

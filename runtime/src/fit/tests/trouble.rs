@@ -195,6 +195,19 @@ fn flat_scans_and_few_points_are_named() {
 }
 
 #[test]
+fn outliers_are_no_part_of_samples_of_dense_scans() {
+    let mut random = ChaCha8Rng::seed_from_u64(9);
+    for off in [0, 400, 4000] {
+        let on = (0..400_000).map(|i| DVec3::new(f64::from(i % 1000) * 0.1, f64::from(i / 1000) * 0.1, 0.0));
+        let mut away = || DVec3::from(std::array::from_fn(|_| random.random_range(0.0..40.0))) + DVec3::Z;
+        let outliers: Vec<DVec3> = (0..off).map(|_| away()).collect();
+        let sample = Points::at(on.chain(outliers).collect()).sample(1000);
+        let beside = sample.position.iter().filter(|p| p.z > 0.0).count();
+        assert!(sample.len() > 500 && 50 * beside <= sample.len(), "{beside} of {} with {off}", sample.len());
+    }
+}
+
+#[test]
 fn a_few_points_too_many_for_a_sample_leave_a_sample() {
     // Cells of a sample have one point each here, whatever their size, until they are three spacings wide.
     let scan = scan_of(&simple(Simple::Sphere, &[50.0]), &[50.0], 0.0, 6000, 12);

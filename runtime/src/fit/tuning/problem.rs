@@ -49,6 +49,9 @@ pub(crate) const KEPT_ROWS: usize = 200_000;
 pub(crate) const THIN_POINTS: usize = 6000;
 /// Cells of a sample with less than this share of the median number of points count as empty (0023).
 pub(crate) const EMPTY_CELL: f64 = 0.05;
+/// The share of the points that is on surfaces at least. Of ten million triangles, of whose vertices a thousandth was
+/// off, 68 % of a sample of 2,000 points were these, and the handle of a cup was not found.
+pub(crate) const SURFACE_SHARE: f64 = 0.98;
 /// Passes of the statistical removal of outliers, the points of a cloud that it looks at, and the share that a cloud
 /// without clutter keeps; a cluttered one is sampled by density (0023).
 pub(crate) const OUTLIER_PASSES: usize = 2;

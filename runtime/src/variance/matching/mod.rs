@@ -2,18 +2,16 @@
 //! passes its own surface and meets that of a neighbour.
 
 mod scraps;
-mod spikes;
 #[cfg(test)]
 mod tests;
 
 use super::{Deviations, DistanceKind};
 use crate::bvh::{Bvh, ClosestPoint};
 use crate::model::Tessellation;
-use crate::scan::Scan;
+use crate::scan::{Scan, spikes};
 use glam::DVec3;
 use rayon::prelude::*;
 use scraps::scraps;
-use spikes::spikes;
 
 /// Deviations within so many standard deviations of the scan's noise are not questioned: noise alone makes a place of
 /// the scan nearer to another surface then. With 3, a box of 60 x 40 x 30 mm loses 0.52 % of its good area beside its
@@ -68,7 +66,7 @@ pub(in crate::variance) fn refuse_foreign(
     model: &Bvh,
 ) -> usize {
     let chord = tessellation.chord;
-    let (spikes, scraps) = (spikes(scan), scraps(&scan.mesh));
+    let (spikes, scraps) = (spikes(&scan.mesh, scan.noise), scraps(&scan.mesh));
     let judge = Judge { deviations, kind, scan, bvh, model, chord, spikes, scraps };
     let refused = (0..deviations.outward.len()).into_par_iter();
     let refused: Vec<(usize, [bool; 2])> = refused.filter_map(|i| Some((i, judge.refused(i)?))).collect();

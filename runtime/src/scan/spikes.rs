@@ -1,6 +1,6 @@
 //! Spikes of a scan: single vertices far from all of their neighbours, such as a scanner's outliers make.
 
-use crate::scan::Scan;
+use crate::mesh::TriangleMesh;
 use glam::DVec3;
 
 /// A spike stands out by so many standard deviations of the scan's noise. By noise alone one vertex in 3e7 does, whose
@@ -15,12 +15,11 @@ const SLENDERNESS: f64 = 1.5;
 /// it has a normal then. Those of a vertex with six triangles span 2.6, those of one with a single triangle none.
 const SPANNED: f64 = 0.2;
 
-/// By vertex of the scan, whether it is a spike. None is where the scan's noise is not known, as that of a designed
-/// mesh, whose slender tips are meant.
-pub(super) fn spikes(scan: &Scan) -> Vec<bool> {
-    let mesh = &scan.mesh;
+/// By vertex of a scan's mesh, whether it is a spike. None is where the noise (its standard deviation in millimetres)
+/// is zero, that is not known, as that of a designed mesh, whose slender tips are meant.
+pub(crate) fn spikes(mesh: &TriangleMesh, noise: f64) -> Vec<bool> {
     let count = mesh.positions.len();
-    if scan.noise <= 0.0 {
+    if noise <= 0.0 {
         return vec![false; count];
     }
     let at = |vertex: u32| DVec3::from_array(mesh.positions[vertex as usize]);
@@ -47,9 +46,7 @@ pub(super) fn spikes(scan: &Scan) -> Vec<bool> {
         let radius = distances / number;
         let height = normal.normalize_or_zero().dot(at(vertex as u32) - sum / number).abs();
         // NaN, of a vertex without triangles, is no spike.
-        normal.length() / 2.0 > SPANNED * radius * radius
-            && height > NOISE * scan.noise
-            && height > SLENDERNESS * radius
+        normal.length() / 2.0 > SPANNED * radius * radius && height > NOISE * noise && height > SLENDERNESS * radius
     };
     (0..count).map(is_spike).collect()
 }
