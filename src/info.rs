@@ -72,7 +72,7 @@ fn figures(survey: &Survey) -> Vec<Vec<String>> {
         rows.push(("not read", survey.ignored.join(", ")));
     }
     if let Some(step) = survey.precision {
-        rows.push(("precision", format!("single: steps of {} at the farthest point", mm(&[step]))));
+        rows.push(("precision", format!("coordinates in steps of {}", mm(&[step]))));
     }
     if let Some(surface) = &survey.surface {
         rows.push(("area", format!("{} mm^2", table::number(surface.area))));

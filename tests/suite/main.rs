@@ -29,6 +29,7 @@ mod prose;
 mod repl;
 #[cfg(unix)]
 mod robust;
+mod rounding;
 mod saved;
 mod scan_colours;
 mod search;

@@ -36,6 +36,12 @@ pub(super) struct Dropped {
 }
 
 impl Dropped {
+    /// The share of a cloud's points that are at the place of another one, or of a mesh's triangles without area.
+    pub(super) fn coincident(self, points: usize) -> f64 {
+        let (part, all) = if self.all > 0 { (self.without_area, self.all) } else { (self.equal_points, points) };
+        part as f64 / all.max(1) as f64
+    }
+
     /// A sentence about them, if there are any.
     pub(super) fn warning(self) -> Option<String> {
         let Self { all, without_area, repeated, .. } = self;

@@ -37,7 +37,9 @@ impl Scan {
         let source = source(scans, &mesh);
         let oriented = scans.iter().all(|scan| scan.oriented);
         let warnings = scans.iter().flat_map(|scan| named(scan, &scan.warnings)).collect();
-        Self { attributes: attributes(scans, frames), mesh, oriented, source, noise, warnings }
+        // They run along other axes where a scan is turned; none is lost.
+        let steps = std::array::from_fn(|k| scans.iter().map(|scan| scan.steps[k]).fold(0.0, f64::max));
+        Self { attributes: attributes(scans, frames), mesh, oriented, source, noise, steps, warnings }
     }
 
     /// Several scans that have one frame already, as one; its noise is estimated anew, for what they are off from each
@@ -141,6 +143,7 @@ mod tests {
             oriented: true,
             source: ScanSource { path: path.into(), sha256: path.into(), unit: "mm".into(), ..ScanSource::default() },
             noise: 0.1 * x,
+            steps: [0.0, 0.0, 0.1 * x],
             warnings: vec!["a fault".into()],
         }
     }
@@ -163,6 +166,7 @@ mod tests {
         assert_eq!(merged.attributes.stations.of(4).unwrap().direction([1.0, 0.0, 0.0]), [0.0, 1.0, 0.0]);
         // The root of the mean of 0.01 and 0.09.
         assert!((merged.noise - 0.05_f64.sqrt()).abs() < 1e-12);
+        assert_eq!(merged.steps, [0.0, 0.0, 0.1 * 3.0]);
         assert_eq!((merged.source.path.as_str(), merged.source.unit.as_str()), ("a.ply, b.ply", "mm"));
         assert!(merged.source.sha256.len() == 64 && merged.warnings == ["a.ply: a fault", "b.ply: a fault"]);
         let mixed = Scan { mesh: TriangleMesh { triangles: Vec::new(), ..scan("c", 0.0).mesh }, ..scan("c", 0.0) };

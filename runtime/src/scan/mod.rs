@@ -33,6 +33,7 @@ mod simplify;
 mod source;
 mod spacing;
 mod spikes;
+mod steps;
 mod surface;
 mod survey;
 #[cfg(test)]
@@ -77,6 +78,9 @@ pub struct Scan {
     /// Standard deviation of the noise along the surface's normal, robustly estimated. Millimetres; 0 where there are
     /// too few vertices for an estimate.
     pub noise: f64,
+    /// The steps to which the coordinates are rounded in the file, by axis. Millimetres; 0 where they are finer than the
+    /// noise, or none are seen.
+    pub steps: [f64; 3],
     /// Sentences for the user about faults of the file that were put up with.
     pub warnings: Vec<String>,
 }
@@ -109,8 +113,15 @@ impl Scan {
         let points = mesh.positions.len();
         let source =
             ScanSource { sha256: String::new(), points, triangles: mesh.triangles.len(), ..self.source.clone() };
-        let noise = noise::estimate(&mesh, self.oriented).deviation;
-        Self { mesh, attributes, source, noise, warnings: Vec::new(), oriented: self.oriented }
+        let steps = self.steps;
+        let noise = noise::estimate(&mesh, self.oriented).deviation.max(steps::deviation(steps, &mesh.normals));
+        Self { mesh, attributes, source, noise, steps, warnings: Vec::new(), oriented: self.oriented }
+    }
+
+    /// The standard deviation along the normals of the rounding of the coordinates, where it is coarse beside the
+    /// noise: it may be the same all over a face. Millimetres; else 0.
+    pub(crate) fn rounding(&self) -> f64 {
+        steps::deviation(self.steps, &self.mesh.normals)
     }
 
     /// Its mirror image: x is turned round.

@@ -10,8 +10,9 @@ use super::raw::RawMesh;
 use super::simplify;
 use super::source::ScanSource;
 use super::unit::Unit;
-use super::{Scan, noise, normals, surface};
+use super::{Scan, noise, normals, steps, surface};
 use crate::mesh::TriangleMesh;
+use gml_compiler::number::plain;
 
 /// Cleans a mesh (or a cloud) in memory as if it had been read from a file in millimetres; `name` stands for the path.
 ///
@@ -43,11 +44,14 @@ pub(super) fn finish(
     options: &ReadOptions,
 ) -> Result<Scan, ScanFault> {
     let given = !raw.normals.is_empty() || !raw.corner_normals.is_empty();
+    let points = raw.positions.len();
+    let steps = steps::steps(&raw.positions).map(|step| step * unit);
     let Cleaned { mut mesh, mut attributes, mut oriented, turned, dropped } =
         clean::clean(&raw.into_millimetres(unit)?)?;
     let cleaning = &mut source.cleaning;
     (cleaning.without_area, cleaning.repeated) = (dropped.without_area as u64, dropped.repeated as u64);
     (cleaning.equal_points, cleaning.unused) = (dropped.equal_points as u64, dropped.unused as u64);
+    let coincident = dropped.coincident(points);
     let mut warnings: Vec<String> =
         dropped.warning().map(|dropped| format!("`{}`: {dropped}", source.path)).into_iter().collect();
     if options.drop_outliers {
@@ -69,12 +73,26 @@ pub(super) fn finish(
         );
     }
     let noise = settle_normals(&mut mesh, &mut oriented, given, &mut warnings);
+    let steps = steps::coarse(steps, &mesh, noise, coincident);
+    let noise = noise.max(steps::deviation(steps, &mesh.normals));
+    warnings.extend(rounded(steps, &source.path));
     if options.surface {
         warnings.extend(make_surface(&mut mesh, &mut attributes, oriented, &mut source)?);
     }
     source.points = mesh.positions.len();
     source.triangles = mesh.triangles.len();
-    Ok(Scan { mesh, attributes, oriented, source, noise, warnings })
+    Ok(Scan { mesh, attributes, oriented, source, noise, steps, warnings })
+}
+
+/// A sentence on coordinates whose steps are coarse.
+fn rounded(steps: [f64; 3], path: &str) -> Option<String> {
+    let coarsest = steps.into_iter().fold(0.0, f64::max);
+    (coarsest > 0.0).then(|| {
+        let step = format!("{coarsest:.2e}").parse().map_or_else(|_| plain(coarsest), plain);
+        format!(
+            "`{path}`: its coordinates are rounded to steps of {step} mm, which are larger than the noise: a face may lie off by half a step; export them with more digits, or in double precision"
+        )
+    })
 }
 
 /// Makes triangles of a cloud; a sentence on what became of it.

@@ -139,16 +139,6 @@ impl Contents {
         Ok(Self { format, raw, unit, cleaning, scans, warnings })
     }
 
-    /// The step of the coordinates in millimetres, if all of them have single precision.
-    pub(super) fn precision(&self) -> Option<f64> {
-        let coordinates = || self.raw.positions.iter().flatten();
-        let is_single = coordinates().all(|c| f64::from(*c as f32) == *c);
-        let largest = coordinates().fold(0.0_f64, |most, c| most.max(c.abs()));
-        // Whole numbers, and other short ones, say nothing.
-        let is_rounded = coordinates().any(|c| (c * 1e6).round() / 1e6 != *c);
-        (is_single && is_rounded).then(|| largest * f64::from(f32::EPSILON) * self.unit)
-    }
-
     /// The reference mesh that a file is.
     fn into_reference(self, path: &Path) -> Result<ReferenceMesh, ScanFault> {
         let Self { raw, unit, mut warnings, .. } = self;

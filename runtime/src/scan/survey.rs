@@ -49,7 +49,7 @@ pub struct Survey {
     pub low: [f64; 3],
     /// Greatest coordinates.
     pub high: [f64; 3],
-    /// The smallest step of the coordinates, if they have single precision in the file.
+    /// The largest step to which coordinates are rounded in the file, if it is larger than the noise.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub precision: Option<f64>,
     /// Distances of points from their nearest neighbours: 5 %, the median, 95 %.
@@ -124,7 +124,6 @@ pub fn survey(path: &Path, options: &ReadOptions, progress: &dyn Progress) -> Re
             (None, Some(_)) => "file",
             (None, None) => "default",
         };
-        let precision = contents.precision();
         let ignored = contents.raw.ignored.clone();
         let has_normals = !contents.raw.normals.is_empty() || !contents.raw.corner_normals.is_empty();
         let (unit, scans) = (contents.unit, contents.scans.iter().map(|s| ScanEntry::new(s, contents.unit)).collect());
@@ -137,7 +136,6 @@ pub fn survey(path: &Path, options: &ReadOptions, progress: &dyn Progress) -> Re
             unit_from,
             scans,
             ignored,
-            precision,
             normals: normals_from(&scan, has_normals),
             warnings: scan.warnings.clone(),
             ..Survey::of_scan(&scan)
@@ -172,6 +170,7 @@ impl Survey {
             high: bounds.high.into(),
             spacing: spacing(&tree, &mesh.positions),
             noise: scan.noise,
+            precision: scan.steps.into_iter().reduce(f64::max).filter(|step| *step > 0.0),
             oriented: scan.oriented,
             colours: !scan.attributes.colours.is_empty(),
             intensity: (!intensities.is_empty()).then_some(range),

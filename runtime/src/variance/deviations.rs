@@ -34,6 +34,10 @@ pub struct Deviations {
     pub uncertainty: Vec<f32>,
     /// Standard deviation of the scan's noise along its normals; 0 where it is not known. Millimetres.
     pub noise: f64,
+    /// Standard deviation, along the normals, of the rounding of the scan's coordinates in the file, where that is coarse
+    /// beside the noise: a whole face may be off by it, so that no mean is free of it. The noise and the uncertainties
+    /// hold it. Millimetres.
+    pub rounding: f64,
     /// The rounding of the distances, which are computed in single precision: those that differ by less are equal.
     /// Millimetres.
     pub precision: f64,
@@ -60,9 +64,18 @@ impl Deviations {
             bridged: Vec::new(),
             uncertainty: Vec::new(),
             noise: 0.0,
+            rounding: 0.0,
             precision: 0.0,
             cosine: Vec::new(),
         }
+    }
+
+    /// Takes the rounding of the scan's coordinates into account, by its standard deviation along the normals in
+    /// millimetres: noise is at least that, and the uncertainty of the distance to a cloud holds it beside the scatter.
+    pub(in crate::variance) fn round(&mut self, rounding: f64) {
+        self.rounding = rounding;
+        self.noise = self.noise.max(rounding);
+        self.uncertainty.iter_mut().for_each(|u| *u = u.hypot(rounding as f32));
     }
 
     /// Whether the ray of texel i meets a closed hole of the scan.

@@ -15,6 +15,7 @@ mod meat;
 pub(crate) mod misfit;
 pub(crate) mod pose;
 pub(crate) mod rivals;
+mod rounding;
 pub(crate) mod sandwich;
 pub(super) mod significance;
 mod sums;
@@ -56,7 +57,8 @@ pub(crate) fn infer(solution: Solution) -> Inference {
     let uncertainty = problem.monitor.stage("uncertainty", || {
         // One fit that was cancelled is like another, wherever it was.
         let uncertainty = uncertainty.filter(|_| !problem.monitor.cancelled());
-        let uncertainty = uncertainty.map(|uncertainty| bias::include(&solution, uncertainty).within(problem.radius));
+        let uncertainty = uncertainty.map(|uncertainty| bias::include(&solution, uncertainty));
+        let uncertainty = uncertainty.map(|found| rounding::include(&solution, found).within(problem.radius));
         uncertainty.map(|uncertainty| unobserved::mark(&solution, uncertainty))
     });
     let bootstrap = (problem.options.bootstrap > 0)
@@ -70,7 +72,8 @@ pub(crate) fn conclude_several(solution: Solution, uncertainty: Uncertainty) -> 
     let problem = solution.level.problem;
     let assessed = Assessed { solution, uncertainty: Some(uncertainty.clone()), warning: None };
     let settled = if problem.options.one_sided { assessed } else { least_surface::settle(assessed) };
-    let uncertainty = settled.uncertainty.unwrap_or(uncertainty).within(problem.radius);
+    let uncertainty = settled.uncertainty.unwrap_or(uncertainty);
+    let uncertainty = rounding::include(&settled.solution, uncertainty).within(problem.radius);
     let uncertainty = unobserved::mark(&settled.solution, uncertainty);
     (settled.solution, uncertainty)
 }

@@ -26,6 +26,8 @@ pub(crate) struct RowPoint {
     pub(crate) index: u32,
     /// From the model's surface to the point, positive on the side of dS/du x dS/dv. Millimetres.
     pub(crate) distance: f64,
+    /// The unit direction in which that is positive, in the model's frame.
+    pub(crate) away: DVec3,
     /// See `PointLoss`.
     pub(crate) prior: f64,
     /// See `PointLoss`.
@@ -143,7 +145,7 @@ impl Objective<'_> {
             let (away, distance) = away(self, foot, point.q);
             let PointLoss { prior, weight, curvature, .. } = *loss;
             let at_end = at_end(foot, point);
-            points.push(RowPoint { index: point.index as u32, distance, prior, weight, curvature, at_end });
+            points.push(RowPoint { index: point.index as u32, distance, away, prior, weight, curvature, at_end });
             let slopes = &slopes[i * active.len() * 3..(i + 1) * active.len() * 3];
             // The surface moving outwards brings it nearer to a point outside.
             jacobian.extend(varied.iter().map(|a| -away.dot(DVec3::from_slice(&slopes[3 * a..]))));

@@ -8,9 +8,6 @@ use gml_compiler::number::plain;
 const USUAL: [f64; 2] = [5.0, 50_000.0];
 /// A flat scan is thinner than this share of its size.
 const FLAT: f64 = 1e-6;
-/// Steps of coordinates matter that are larger than this share of the noise: rounding adds a twelfth of its square to
-/// the variance.
-const COARSE: f64 = 0.5;
 /// Shares of points or of the surface that are worth a sentence.
 const MANY: f64 = 0.01;
 /// Equal points of a cloud that are worth one.
@@ -18,7 +15,7 @@ const REPEATED: f64 = 0.05;
 
 /// All that looks wrong.
 pub(super) fn of(survey: &Survey) -> Vec<String> {
-    let rules = [size, precision, flatness, repeated, left_out, orientation, clutter, fragments, topology, layers];
+    let rules = [size, flatness, repeated, left_out, orientation, clutter, fragments, topology, layers];
     rules.iter().filter_map(|rule| rule(survey)).collect()
 }
 
@@ -50,14 +47,6 @@ fn size(survey: &Survey) -> Option<String> {
         format!("is it in another unit ({})?", likely.join(", "))
     };
     Some(format!("the scan is {} mm large, and the file states no unit: {advice}", length(size)))
-}
-
-fn precision(survey: &Survey) -> Option<String> {
-    let step = survey.precision.filter(|step| *step > COARSE * survey.noise.max(1e-3))?;
-    Some(format!(
-        "coordinates are rounded to steps of {} mm (single precision, far from the origin): export them in double precision, or nearer to the origin",
-        length(step)
-    ))
 }
 
 fn flatness(survey: &Survey) -> Option<String> {

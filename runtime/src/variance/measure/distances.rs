@@ -111,6 +111,7 @@ impl Grounded<'_> {
         // Both pass shape for noise, where there is any that they do not know.
         deviations.noise =
             noise::along_normals(&scan.mesh, &feet.feet).map_or(scan.noise, |noise| noise.min(scan.noise));
+        deviations.round(scan.rounding());
         let seconds = Seconds { cast, matching, points: started.elapsed().as_secs_f64() };
         let (cloud, cylinder) = (None, None);
         Ok(Found { deviations, device, notice, holes, spikes, feet, cloud, cylinder, colours, seconds })
@@ -149,6 +150,7 @@ impl Grounded<'_> {
             }
         };
         deviations.noise = noise;
+        deviations.round(scan.rounding());
         deviations.bury(buried);
         let summary = CylinderSummary::new(radii, of_cylinder, &deviations);
         let colours = tints.map(|tints| tints.colours(&means, &deviations));

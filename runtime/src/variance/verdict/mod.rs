@@ -91,7 +91,8 @@ pub struct Verdict {
     /// Standard uncertainty of `value`: the root of the sum of the squares of the next three. Millimetres.
     #[serde(deserialize_with = "null_as_nan")]
     pub uncertainty: f64,
-    /// The part of the scan's noise, averaged over the footprint. Millimetres.
+    /// The part of the scan's noise, averaged over the footprint, and of the coarse rounding of its coordinates, which is
+    /// not. Millimetres.
     #[serde(deserialize_with = "null_as_nan")]
     pub noise: f64,
     /// The part of the fit: standard deviation of the surface along its normal there. Millimetres.
@@ -195,7 +196,8 @@ impl Grounds<'_> {
         let footprints = footprints(self.deviations, texels, area);
         let points: Vec<f64> = footprints.par_iter().map(|f| f.area * self.density(&f.texels, SAMPLES)).collect();
         // Between points distances are interpolated, so that a median is as exact as the mean of the points.
-        let noise: Vec<f64> = points.iter().map(|n| self.deviations.noise / n.max(1.0).sqrt()).collect();
+        let Deviations { noise, rounding, .. } = self.deviations;
+        let noise: Vec<f64> = points.iter().map(|n| (noise / n.max(1.0).sqrt()).hypot(*rounding)).collect();
         let fit = self.fit_deviations(part, &footprints);
         let device = self.options.device_uncertainty;
         let common: Vec<f64> = fit.iter().map(|fit| fit.hypot(device)).collect();

@@ -133,6 +133,7 @@ mod tests {
             }
         }
         Scan {
+            steps: [0.0; 3],
             mesh,
             attributes: Default::default(),
             oriented: true,
