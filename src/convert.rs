@@ -23,7 +23,8 @@ pub(crate) fn run(args: &ConvertArgs) -> Result<(), CommandError> {
     if no_triangles && format.is_of_triangles() {
         let path = args.scan.display();
         return Err(CommandError::usage(format!(
-            "{path}: has points only, and a file of this format has triangles; write .ply, .e57, .laz or .xyz"
+            "{path}: has points only, and a file of this format has triangles; write .ply, .e57, .laz or .xyz, or make \
+             triangles of the points with --surface"
         )));
     }
     let unit = if format.has_metres() { Unit::M } else { args.output_unit.unwrap_or(*unit) };

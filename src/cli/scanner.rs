@@ -90,7 +90,7 @@ pub(crate) struct VirtualScanArgs {
     /// Number of boxes and balls that stand beside the model
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = values::whole(0_u32, 1000))]
     pub(crate) clutter: u32,
-    /// Fraction of points with a wrong range [default: 0.001; with ct 0]
+    /// Fraction of the scan's points that have a wrong range [default: 0.001; with ct 0]
     #[arg(long, value_name = "FRACTION", value_parser = values::fraction)]
     pub(crate) outliers: Option<f64>,
     /// Fraction of points that are missing [default: 0.01; with ct 0]

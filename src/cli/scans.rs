@@ -31,7 +31,7 @@ pub(crate) struct ReadingArgs {
     /// Leave out the points of a cloud that lie on no surface, such as dust and spray
     #[arg(long)]
     pub(crate) drop_outliers: bool,
-    /// Make triangles of a cloud, a surface through its points: then it is measured by rays, as a mesh is
+    /// Make triangles of a cloud, a surface through its points: from then on it is a mesh, and measured by rays
     #[arg(long)]
     pub(crate) surface: bool,
     /// Simplify a mesh to at most N triangles, whose corners are points of the scan; of a cloud keep N points, chosen
@@ -77,7 +77,8 @@ pub(crate) struct InfoArgs {
 Examples:
   gmlc convert scan.e57 -o scan.ply
   gmlc convert plant.e57 --crop 1.2m..1.8m,..,0mm..2m --voxel 2mm -o pipe.laz
-  gmlc convert part.3mf --output-unit in -o part.stl")]
+  gmlc convert part.3mf --output-unit in -o part.stl
+  gmlc convert part.laz --surface -o part.stl         triangles of its points")]
 pub(crate) struct ConvertArgs {
     /// The scan or mesh to read
     #[arg(value_name = "SCAN")]

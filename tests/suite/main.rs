@@ -7,6 +7,7 @@ mod command;
 mod compare;
 #[cfg(unix)]
 mod concurrency;
+mod convert;
 #[cfg(unix)]
 mod defaults;
 mod diagnostics;

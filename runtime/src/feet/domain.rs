@@ -27,7 +27,7 @@ const ON_BREAK: f64 = 1e-12;
 
 impl Domain {
     /// The domain of a patch with certain breaks, which is not closed as far as is known.
-    pub(super) fn new(breaks: &Breaks) -> Self {
+    pub(crate) fn new(breaks: &Breaks) -> Self {
         Self { closed: [false; 2], stretches: [&breaks.u, &breaks.v].map(|breaks| stretches(breaks)) }
     }
 

@@ -149,11 +149,15 @@ fn start(hash: u32, mask: usize) -> usize {
     (hash as usize / TABLES) & mask
 }
 
+/// The key by which exactly equal positions are found. Adding 0 turns -0 into 0, so that both are one position.
+pub(super) fn position_key(position: [f64; 3]) -> [u64; 3] {
+    position.map(|c| (c + 0.0).to_bits())
+}
+
 /// Makes exactly equal positions one: the different ones in the order of their first occurrence, and for every position
 /// its place among them. (Nearly equal ones stay: which of them are one is not ours to guess.)
 pub(super) fn merge_equal(count: usize, position: impl Fn(usize) -> [f64; 3] + Sync) -> (Vec<[f64; 3]>, Vec<u32>) {
-    // Adding 0 turns -0 into 0, so that both are one position.
-    let mut places = first_equal(count, |i| position(i).map(|c| (c + 0.0).to_bits()));
+    let mut places = first_equal(count, |i| position_key(position(i)));
     let mut different = Vec::new();
     for i in 0..count {
         let first = places[i] as usize;

@@ -5,9 +5,9 @@ use super::error::{ScanError, ScanFault};
 use super::file::Opened;
 use super::options::ReadOptions;
 use super::read::Contents;
-use super::source::Cleaning;
+use super::source::{Cleaning, ScanSource};
 use super::unit::Unit;
-use super::{pieces, simplify};
+use super::{pieces, prepare, simplify};
 use crate::mesh::TriangleMesh;
 use crate::progress::Progress;
 use std::path::Path;
@@ -32,14 +32,15 @@ pub struct Loaded {
     pub warnings: Vec<String>,
 }
 
-/// Reads a file without mending anything: nothing is merged, computed or turned.
+/// Reads a file without mending anything: nothing is merged, computed or turned. Triangles that are asked for of a cloud
+/// are the exception: of equal points the first is kept, and points that are in no triangle are left out.
 ///
 /// # Errors
-/// As [`read`](super::read).
+/// As [`read`](super::read), and if no triangles can be made of a cloud.
 pub fn load(path: &Path, options: &ReadOptions, progress: &dyn Progress) -> Result<Loaded, ScanError> {
     let loaded = || {
         let contents = Contents::read(path, Opened::new(path)?, options, progress)?;
-        let Contents { format, raw, unit, mut cleaning, warnings, .. } = contents;
+        let Contents { format, raw, unit, mut cleaning, mut warnings, .. } = contents;
         let mut raw = raw.into_millimetres(unit)?;
         let ignored = std::mem::take(&mut raw.ignored);
         let (mut mesh, mut attributes) = raw.split_corners();
@@ -50,17 +51,31 @@ pub fn load(path: &Path, options: &ReadOptions, progress: &dyn Progress) -> Resu
             cleaning.pieces = pieces::keep_largest(&mut mesh, &mut attributes) as u64;
         }
         if let Some(most) = options.decimate {
-            let own = std::mem::take(&mut mesh.normals);
-            mesh.normals = mesh.vertex_normals();
-            cleaning.decimated = simplify::simplify(&mut mesh, &mut attributes, most) as u64;
-            // Those by which the sides of walls were told apart are no part of the file.
-            if own.is_empty() {
-                mesh.normals = own;
-            }
-            mesh.groups.clear();
+            cleaning.decimated = decimate(&mut mesh, &mut attributes, most) as u64;
+        }
+        if options.surface && mesh.triangles.is_empty() {
+            let mut source = ScanSource { path: path.display().to_string(), cleaning, ..ScanSource::default() };
+            warnings.extend(prepare::mesh_cloud(&mut mesh, &mut attributes, &mut source)?);
+            cleaning = source.cleaning;
         }
         let unit = Unit::ALL.into_iter().find(|known| known.millimetres() == unit).unwrap_or_default();
         Ok(Loaded { mesh, attributes, unit, format: format.name().to_owned(), cleaning, ignored, warnings })
     };
     loaded().map_err(|fault: ScanFault| fault.at(path))
+}
+
+/// Simplifies a mesh, or draws points of a cloud; returns the number of triangles, or points, that are gone.
+fn decimate(mesh: &mut TriangleMesh, attributes: &mut Attributes, most: usize) -> usize {
+    if mesh.triangles.is_empty() {
+        return simplify::simplify(mesh, attributes, most);
+    }
+    let own = std::mem::take(&mut mesh.normals);
+    mesh.normals = mesh.vertex_normals();
+    let gone = simplify::simplify(mesh, attributes, most);
+    // Those by which the sides of walls were told apart are no part of the file.
+    if own.is_empty() {
+        mesh.normals = own;
+    }
+    mesh.groups.clear();
+    gone
 }

@@ -12,6 +12,11 @@
 //! layer, and show no surface. Then the scan is thinned, until they reach farther than the layer is thick: the noise
 //! stays, the distances grow. Edges of triangles are of no use there, as they climb from end to end of the layer.
 //!
+//! The noise is that along the normals. A scanner's own lies along its rays: at an angle of incidence a its part along the
+//! normal has the deviation s cos a, and the median over all angles is below the root mean square. A ball that is seen
+//! from all sides at angles up to 75 degrees has 0.62 s where the root mean square is 0.70 s. Rays are not known to a
+//! cloud, so that nothing is corrected for them.
+//!
 //! Noise that a scanner's software has smoothed over more than such a neighbourhood is underestimated.
 
 use super::neighbours::Neighbours;

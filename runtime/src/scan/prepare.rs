@@ -2,6 +2,7 @@
 
 use super::attributes::Attributes;
 use super::clean::{self, Cleaned};
+use super::equal::{first_equal, position_key};
 use super::error::ScanFault;
 use super::normals::OverNeighbourhoods;
 use super::options::ReadOptions;
@@ -11,7 +12,7 @@ use super::simplify;
 use super::source::ScanSource;
 use super::unit::Unit;
 use super::{Scan, noise, normals, steps, surface};
-use crate::mesh::TriangleMesh;
+use crate::mesh::{TriangleMesh, retain_marked};
 use gml_compiler::number::plain;
 
 /// Cleans a mesh (or a cloud) in memory as if it had been read from a file in millimetres; `name` stands for the path.
@@ -76,8 +77,8 @@ pub(super) fn finish(
     let steps = steps::coarse(steps, &mesh, noise, coincident);
     let noise = noise.max(steps::deviation(steps, &mesh.normals));
     warnings.extend(rounded(steps, &source.path));
-    if options.surface {
-        warnings.extend(make_surface(&mut mesh, &mut attributes, oriented, &mut source)?);
+    if options.surface && mesh.triangles.is_empty() {
+        warnings.push(make_surface(&mut mesh, &mut attributes, oriented, &mut source)?.1);
     }
     source.points = mesh.positions.len();
     source.triangles = mesh.triangles.len();
@@ -95,27 +96,55 @@ fn rounded(steps: [f64; 3], path: &str) -> Option<String> {
     })
 }
 
-/// Makes triangles of a cloud; a sentence on what became of it.
+/// Makes triangles of the cloud that a file has, whose points, normals and attributes stay as they are there. Of equal
+/// points the first is kept; points that are in no triangle are left out. Returns sentences for the user.
+pub(super) fn mesh_cloud(
+    mesh: &mut TriangleMesh,
+    attributes: &mut Attributes,
+    source: &mut ScanSource,
+) -> Result<Vec<String>, ScanFault> {
+    let count = mesh.positions.len();
+    let firsts = first_equal(count, |i| position_key(mesh.positions[i]));
+    let kept: Vec<bool> = firsts.iter().zip(0..).map(|(first, i)| *first == i).collect();
+    retain_marked(&mut mesh.positions, &kept);
+    retain_marked(&mut mesh.normals, &kept);
+    attributes.retain_marked(&kept);
+    source.cleaning.equal_points += (count - mesh.positions.len()) as u64;
+    let mut normals = std::mem::take(&mut mesh.normals);
+    let given = !normals.is_empty();
+    let raw =
+        RawMesh { positions: mesh.positions.clone(), normals: normals.clone(), distinct: true, ..RawMesh::default() };
+    let Cleaned { mesh: mut cloud, mut oriented, .. } = clean::clean(&raw)?;
+    oriented = oriented || normals::turn_to_stations(&mut cloud, &attributes.stations);
+    let mut warnings = Vec::new();
+    settle_normals(&mut cloud, &mut oriented, given, &mut warnings);
+    let (used, sentence) = make_surface(&mut cloud, attributes, oriented, source)?;
+    warnings.push(sentence);
+    retain_marked(&mut normals, &used);
+    *mesh = TriangleMesh { normals, ..cloud };
+    Ok(warnings)
+}
+
+/// Makes triangles of a cloud. Returns by point whether it is in one, and a sentence with the counts.
 fn make_surface(
     mesh: &mut TriangleMesh,
     attributes: &mut Attributes,
     oriented: bool,
     source: &mut ScanSource,
-) -> Result<Option<String>, ScanFault> {
-    if !mesh.triangles.is_empty() {
-        return Ok(Some(format!("`{}`: it has triangles, so that --surface makes none", source.path)));
-    }
+) -> Result<(Vec<bool>, String), ScanFault> {
     let points = mesh.positions.len();
-    let unused = surface::triangulate(mesh, attributes, oriented);
+    let used = surface::triangulate(mesh, attributes, oriented);
     if mesh.triangles.is_empty() {
         return Err(ScanFault::NoSurface { points });
     }
+    let unused = used.iter().filter(|used| !**used).count();
     source.cleaning.unused += unused as u64;
-    Ok(Some(format!(
+    let sentence = format!(
         "`{}`: {} triangles were made of its {points} points (--surface); {unused} points are in none",
         source.path,
         mesh.triangles.len()
-    )))
+    );
+    Ok((used, sentence))
 }
 
 /// Replaces normals that agree with nothing; returns the noise.

@@ -128,7 +128,9 @@ impl Contents {
         if !raw.is_usual_unit {
             warnings.extend(other_unit(given, raw.unit));
         }
-        warnings.extend(useless(options, &raw).map(|(option, why)| format!(": --{option} has no effect: {why}")));
+        warnings.extend(
+            useless(options, &raw).into_iter().map(|(option, why)| format!(": --{option} has no effect: {why}")),
+        );
         if let Some(bounds) = options.crop {
             cleaning.cropped += crop::crop(&mut raw, bounds, unit);
         }
@@ -228,17 +230,17 @@ fn nothing_of(cleaning: &Cleaning) -> ScanFault {
     }
 }
 
-/// An option that does nothing to what the file has, and why.
-fn useless(options: &ReadOptions, raw: &RawMesh) -> Option<(&'static str, &'static str)> {
+/// The options that do nothing to what the file has, and why.
+fn useless(options: &ReadOptions, raw: &RawMesh) -> Vec<(&'static str, &'static str)> {
     if raw.triangles.is_empty() {
-        return None;
+        return Vec::new();
     }
     let of_clouds = [
         (options.voxel.is_some(), "voxel", "the scan has triangles, which --decimate reduces"),
         (options.drop_outliers, "drop-outliers", "the scan has triangles; --keep-largest leaves out loose ones"),
         (options.surface, "surface", "the scan has triangles already"),
     ];
-    of_clouds.into_iter().find(|(given, ..)| *given).map(|(_, option, why)| (option, why))
+    of_clouds.into_iter().filter(|(given, ..)| *given).map(|(_, option, why)| (option, why)).collect()
 }
 
 /// A sentence on a unit that the user gives and the file contradicts.

@@ -39,9 +39,9 @@ const EVENNESS: f64 = 1e-4;
 /// Sine of the smallest angle of a triangle at the point that makes it.
 const LEAST_SINE: f64 = 1e-6;
 
-/// Makes triangles of a cloud and leaves out the points that are in none; returns the number of these. `sided` says
-/// whether the normals' signs are known; otherwise those of neighbours are made to agree first.
-pub(super) fn triangulate(mesh: &mut TriangleMesh, attributes: &mut Attributes, sided: bool) -> usize {
+/// Makes triangles of a cloud and leaves out the points that are in none; returns by point whether it is in one. `sided`
+/// says whether the normals' signs are known; otherwise those of neighbours are made to agree first.
+pub(super) fn triangulate(mesh: &mut TriangleMesh, attributes: &mut Attributes, sided: bool) -> Vec<bool> {
     let tree = Neighbours::new(&mesh.positions);
     if !sided {
         agree(&mesh.positions, &mut mesh.normals, &tree);
@@ -58,7 +58,7 @@ pub(super) fn triangulate(mesh: &mut TriangleMesh, attributes: &mut Attributes, 
     retain_marked(&mut mesh.positions, &used);
     retain_marked(&mut mesh.normals, &used);
     attributes.retain_marked(&used);
-    used.iter().filter(|used| !**used).count()
+    used
 }
 
 struct Points<'a> {

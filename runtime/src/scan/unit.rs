@@ -95,9 +95,25 @@ pub struct UnknownUnit(
 impl FromStr for Unit {
     type Err = UnknownUnit;
 
+    /// Reads abbreviations, and names in the singular or the plural, in British or American spelling. Capitals mean the
+    /// same as small letters: there is no megametre among the units, with which the `Mm` of SI could be mistaken.
     fn from_str(text: &str) -> Result<Self, UnknownUnit> {
-        let word = text.trim().to_ascii_lowercase();
-        Self::ALL.into_iter().find(|unit| unit.name() == word).ok_or_else(|| UnknownUnit(text.to_owned()))
+        let word = text.trim().to_lowercase();
+        let of_name = match word.strip_suffix('s').unwrap_or(&word) {
+            "micron" | "micrometre" | "micrometer" => Some(Self::Um),
+            "millimetre" | "millimeter" => Some(Self::Mm),
+            "centimetre" | "centimeter" => Some(Self::Cm),
+            "metre" | "meter" => Some(Self::M),
+            _ => None,
+        };
+        let unit = match word.as_str() {
+            // The sign of micro-, and the Greek letter.
+            "\u{b5}m" | "\u{3bc}m" => Some(Self::Um),
+            "inch" | "inches" => Some(Self::In),
+            "foot" | "feet" => Some(Self::Ft),
+            _ => of_name.or_else(|| Self::ALL.into_iter().find(|unit| unit.name() == word)),
+        };
+        unit.ok_or_else(|| UnknownUnit(text.to_owned()))
     }
 }
 
@@ -114,7 +130,29 @@ mod tests {
             assert_eq!(Unit::in_comment(format!("ply\ncomment {}\nx", unit.comment()).as_bytes()), Some(unit));
         }
         assert_eq!(Unit::in_comment(b"# gmlc, unit: furlong\n"), None);
-        assert_eq!("MM".parse(), Ok(Unit::Mm));
         assert!("yd".parse::<Unit>().unwrap_err().to_string().contains("mm, cm"));
+    }
+
+    #[test]
+    fn aliases_are_units() {
+        let known = [
+            (Unit::Um, "um UM \u{b5}m \u{3bc}m \u{39c}M micron Microns micrometre micrometers"),
+            (Unit::Mm, "mm MM Mm millimetre Millimeters MILLIMETRES millimeter"),
+            (Unit::Cm, "cm CM centimetre centimeters"),
+            (Unit::M, "m M metre METER metres meters"),
+            (Unit::In, "in IN inch Inches"),
+            (Unit::Ft, "ft FT foot Feet"),
+        ];
+        for (unit, words) in known {
+            for word in words.split(' ') {
+                assert_eq!(word.parse(), Ok(unit), "{word}");
+                assert_eq!(format!(" {word}\t").parse(), Ok(unit), "{word}");
+            }
+        }
+        for word in
+            ["", "s", "ms", "mms", "ins", "fts", "foots", "inche", "km", "dm", "nm", "megametre", "me ter", "m2"]
+        {
+            assert_eq!(word.parse::<Unit>(), Err(UnknownUnit(word.to_owned())), "{word}");
+        }
     }
 }

@@ -5,7 +5,7 @@ use super::holes::Holes;
 use super::noise::{Noise, Place};
 use super::scanner::Scanner;
 use super::scene::{Scene, Surface};
-use super::subdivide::subdivide;
+use super::subdivide::{Pieces, subdivide};
 use super::truth::{Gathered, VirtualScan};
 use super::{DROPOUT_STREAM, Object};
 use crate::mesh::{TriangleMesh, renumber_used, retain_marked};
@@ -22,6 +22,9 @@ const MOST: usize = 4_000_000;
 const VOXEL: f64 = 1.224_744_871_391_589;
 /// Longest edge of the pieces whose corners are gathered in voxels, in spacings.
 const FINENESS: f64 = 0.6;
+/// How far along the surface a vertex may be off the foot of its place on the triangles, in spacings: across the surface
+/// it is exact in any case.
+const ALONG: f64 = 1e-3;
 
 /// The surface of the object and of what is around it, `mesh`.
 pub(super) fn scan(
@@ -42,16 +45,13 @@ pub(super) fn scan(
         return Err(SimulationError::Cancelled);
     }
     progress.report("scanning", 0.5, "the surface");
-    let surface_of = |number: u32| scene.surface(number);
-    let surfaces: Vec<Surface> = fine.from.iter().map(|from| surface_of(*from)).collect();
-    let (mut coarse, surfaces) = clustered(&fine.mesh, &surfaces, VOXEL * spacing);
+    let (mut coarse, mut from) = clustered(&fine, VOXEL * spacing);
     let holes = Holes::on(object.mesh, scanner);
     let kept: Vec<bool> = coarse.triangles.iter().map(|t| !is_in(&holes, &coarse, *t)).collect();
     retain_marked(&mut coarse.triangles, &kept);
-    let mut surfaces = surfaces;
     let used = renumber_used(&mut coarse.triangles, coarse.positions.len());
     retain_marked(&mut coarse.positions, &used);
-    retain_marked(&mut surfaces, &used);
+    retain_marked(&mut from, &used);
     if coarse.triangles.is_empty() {
         return Err(if scanner.holes > 0 {
             SimulationError::NothingLeft { radius: scanner.hole_radius }
@@ -59,6 +59,11 @@ pub(super) fn scan(
             SimulationError::NoSurface
         });
     }
+    let places = coarse.positions.iter().map(|p| DVec3::from_array(*p));
+    let mut points: Vec<(DVec3, u32)> = places.zip(from.iter().copied()).collect();
+    scene.onto_surface(&mut points, ALONG * spacing)?;
+    coarse.positions = points.iter().map(|(p, _)| p.to_array()).collect();
+    let surfaces: Vec<Surface> = from.iter().map(|from| scene.surface(*from)).collect();
     Ok(measured(coarse, &surfaces, scanner))
 }
 
@@ -85,18 +90,21 @@ fn is_in(holes: &Holes, mesh: &TriangleMesh, triangle: [u32; 3]) -> bool {
 }
 
 /// One vertex for those in a voxel that face alike: the one that is nearest to their mean, so that it lies on the
-/// surface. Moving vertices onto each other leaves a closed surface closed.
-fn clustered(mesh: &TriangleMesh, surfaces: &[Surface], voxel: f64) -> (TriangleMesh, Vec<Surface>) {
+/// triangles. Moving vertices onto each other leaves a closed surface closed. With each vertex comes the number of a
+/// triangle on which it lies.
+fn clustered(fine: &Pieces, voxel: f64) -> (TriangleMesh, Vec<u32>) {
+    let mesh = &fine.mesh;
     let low = mesh.bounds().low;
     let normals = mesh.vertex_normals();
-    let mut of_vertex = vec![Surface::Object; mesh.positions.len()];
-    for (triangle, surface) in mesh.triangles.iter().zip(surfaces) {
-        triangle.iter().for_each(|v| of_vertex[*v as usize] = *surface);
-    }
+    let of_vertex = widest(fine);
     let mut clusters: HashMap<([i64; 3], u8), u32, RandomState> = HashMap::default();
     let mut sums: Vec<(DVec3, DVec3, f64)> = Vec::new();
     let mut number = Vec::with_capacity(mesh.positions.len());
-    for (p, normal) in mesh.positions.iter().zip(&normals) {
+    for ((p, normal), of) in mesh.positions.iter().zip(&normals).zip(&of_vertex) {
+        if of.is_none() {
+            number.push(u32::MAX);
+            continue;
+        }
         let (p, normal) = (DVec3::from_array(*p), DVec3::from_array(*normal));
         let cell = ((p - low) / voxel).floor().to_array().map(|c| c as i64);
         // The sides of a wall thinner than a voxel stay apart; of more than three directions the last one takes all.
@@ -117,18 +125,35 @@ fn clustered(mesh: &TriangleMesh, surfaces: &[Surface], voxel: f64) -> (Triangle
         sum.2 += 1.0;
         number.push(cluster);
     }
-    let mut nearest = vec![(f64::INFINITY, 0_u32); sums.len()];
-    for (vertex, cluster) in number.iter().enumerate() {
+    let mut nearest = vec![(f64::INFINITY, 0_u32, 0_u32); sums.len()];
+    for (vertex, (cluster, of)) in number.iter().zip(&of_vertex).enumerate() {
+        let Some(of) = of else { continue };
         let (sum, _, count) = sums[*cluster as usize];
         let distance = DVec3::from_array(mesh.positions[vertex]).distance(sum / count);
         if distance < nearest[*cluster as usize].0 {
-            nearest[*cluster as usize] = (distance, vertex as u32);
+            nearest[*cluster as usize] = (distance, vertex as u32, *of);
         }
     }
-    let positions = nearest.iter().map(|(_, vertex)| mesh.positions[*vertex as usize]).collect();
-    let surfaces = nearest.iter().map(|(_, vertex)| of_vertex[*vertex as usize]).collect();
-    let triangles = without_folds(mesh.triangles.iter().map(|t| t.map(|v| number[v as usize])));
-    (TriangleMesh { positions, triangles, ..TriangleMesh::default() }, surfaces)
+    let positions = nearest.iter().map(|(_, vertex, _)| mesh.positions[*vertex as usize]).collect();
+    let from = nearest.iter().map(|(.., of)| *of).collect();
+    let numbered = mesh.triangles.iter().map(|t| t.map(|v| number[v as usize]));
+    let triangles = without_folds(numbered.filter(|t| t.iter().all(|v| *v != u32::MAX)));
+    (TriangleMesh { positions, triangles, ..TriangleMesh::default() }, from)
+}
+
+/// By vertex of the pieces, the triangle whose piece about it has the largest area: in slivers no place is well defined.
+/// None where no piece has an area.
+fn widest(fine: &Pieces) -> Vec<Option<u32>> {
+    let mut widest = vec![(0.0, None); fine.mesh.positions.len()];
+    for (triangle, from) in fine.mesh.triangles.iter().zip(&fine.from) {
+        let area = fine.mesh.triangle_area(*triangle);
+        for v in triangle {
+            if area > widest[*v as usize].0 {
+                widest[*v as usize] = (area, Some(*from));
+            }
+        }
+    }
+    widest.into_iter().map(|(_, from)| from).collect()
 }
 
 /// Triangles with three corners; two that lie back to back are none.

@@ -2,6 +2,7 @@
 
 use super::scanner::Kind;
 use crate::bvh::BvhError;
+use crate::model::EvaluationError;
 use thiserror::Error;
 
 /// The reason why nothing could be scanned.
@@ -75,6 +76,9 @@ pub enum SimulationError {
     /// The mesh cannot be ray-cast.
     #[error("the model cannot be scanned: {0}")]
     Mesh(#[from] BvhError),
+    /// The model's surface cannot be evaluated at a point of the scan.
+    #[error("the model cannot be scanned: {0}")]
+    Surface(#[from] EvaluationError),
     /// The user ended the work.
     #[error("cancelled")]
     Cancelled,

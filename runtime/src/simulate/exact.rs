@@ -1,14 +1,19 @@
-//! From the triangle that a ray meets to the exact surface.
+//! From the triangle that a ray meets, and from points of triangles, to the exact surface.
 
 use super::scene::Surface;
-use crate::model::{Instance, Motion, Partials, SurfacePoint, Tessellation};
+use crate::feet::domain::Domain;
+use crate::feet::foot::foot_points;
+use crate::model::{Breaks, EvaluationError, Instance, Motion, Partials, SurfacePoint, Tessellation};
 use glam::{DMat3, DVec3};
+use rayon::prelude::*;
 
 /// Steps of Newton's method at most. From a triangle that keeps to its chord three or four are enough.
 const STEPS: usize = 12;
 /// Largest distance between ray and surface that counts as none, as a fraction of the distance from the eye: rounding
 /// leaves some 1e-16 of it.
 const CONVERGED: f64 = 1e-13;
+/// Points that one thread projects at a time.
+const BATCH: usize = 1 << 12;
 
 /// The surface of a model, of which triangles are an approximation.
 #[derive(Clone, Copy)]
@@ -66,12 +71,56 @@ impl ExactSurface<'_> {
         searches.into_iter().map(|search| search.found).collect()
     }
 
-    /// The place in (u, v) of a point of a triangle.
+    /// The points of the surface next to points of its triangles, whose numbers come with them: what is in the plane of
+    /// a facet stays where it is to about the tolerance, in millimetres, and the distance from the surface becomes 0.
+    ///
+    /// # Errors
+    /// The model cannot be evaluated.
+    pub(super) fn project(&self, points: &[(DVec3, u32)], tolerance: f64) -> Result<Vec<DVec3>, EvaluationError> {
+        let starts: Vec<SurfacePoint> = points.par_iter().map(|(p, triangle)| self.place(*triangle, *p)).collect();
+        let mut order: Vec<usize> = (0..points.len()).collect();
+        order.sort_by_key(|i| starts[*i].patch);
+        let back = self.motion.inverse();
+        let mut projected = vec![DVec3::ZERO; points.len()];
+        for run in order.chunk_by(|a, b| starts[*a].patch == starts[*b].patch) {
+            let patch = starts[run[0]].patch as usize;
+            let domain = Domain::new(&Breaks::of_patch(self.instance, patch)?);
+            let of_batch = |batch: &[usize]| {
+                let q: Vec<DVec3> = batch.iter().map(|i| back.point(points[*i].0.to_array()).into()).collect();
+                let uv: Vec<[f64; 2]> = batch.iter().map(|i| [starts[*i].u, starts[*i].v]).collect();
+                let feet = foot_points(self.instance, patch, &domain, &q, &uv, tolerance)?;
+                // A foot's own point may be that of a Taylor polynomial.
+                let (u, v): (Vec<f64>, Vec<f64>) = feet.iter().map(|foot| (foot.uv[0], foot.uv[1])).unzip();
+                let mut exact = vec![[0.0; 3]; batch.len()];
+                self.instance.points(patch, &u, &v, &mut exact)?;
+                Ok(exact)
+            };
+            let batches: Result<Vec<Vec<[f64; 3]>>, EvaluationError> = run.par_chunks(BATCH).map(of_batch).collect();
+            for (i, p) in run.iter().zip(batches?.into_iter().flatten()) {
+                projected[*i] = self.motion.point(p).into();
+            }
+        }
+        Ok(projected)
+    }
+
     fn start(&self, eye: DVec3, hit: TriangleHit) -> Search {
+        let at = self.place(hit.triangle, eye + hit.t * hit.direction);
+        let origins = self.tessellation.mesh.triangles[hit.triangle as usize];
+        let origins = origins.map(|i| self.tessellation.origins[i as usize]);
+        let range = |of: fn(&SurfacePoint) -> f64| {
+            let low = origins.iter().map(of).fold(f64::INFINITY, f64::min);
+            let high = origins.iter().map(of).fold(f64::NEG_INFINITY, f64::max);
+            let more = high - low;
+            [(low - more).max(0.0), (high + more).min(1.0)]
+        };
+        Search { hit, at, bounds: [range(|o| o.u), range(|o| o.v)], found: None }
+    }
+
+    /// The place in (u, v) of a point of a triangle.
+    fn place(&self, triangle: u32, p: DVec3) -> SurfacePoint {
         let mesh = &self.tessellation.mesh;
-        let indices = mesh.triangles[hit.triangle as usize];
+        let indices = mesh.triangles[triangle as usize];
         let [a, b, c] = mesh.corners(indices);
-        let p = eye + hit.t * hit.direction;
         let normal = (b - a).cross(c - a);
         let area = normal.length_squared();
         let weight = |q: DVec3, r: DVec3| ((r - q).cross(p - q).dot(normal) / area).clamp(0.0, 1.0);
@@ -85,14 +134,7 @@ impl ExactSurface<'_> {
                 of(&origins[0])
             }
         };
-        let range = |of: fn(&SurfacePoint) -> f64| {
-            let low = origins.iter().map(of).fold(f64::INFINITY, f64::min);
-            let high = origins.iter().map(of).fold(f64::NEG_INFINITY, f64::max);
-            let more = high - low;
-            [(low - more).max(0.0), (high + more).min(1.0)]
-        };
-        let at = SurfacePoint { patch: origins[0].patch, u: mix(|o| o.u), v: mix(|o| o.v) };
-        Search { hit, at, bounds: [range(|o| o.u), range(|o| o.v)], found: None }
+        SurfacePoint { patch: origins[0].patch, u: mix(|o| o.u), v: mix(|o| o.v) }
     }
 
     fn partials(&self, searches: &[Search], run: &[usize]) -> Option<Vec<Partials>> {

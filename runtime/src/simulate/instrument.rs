@@ -66,7 +66,8 @@ impl<'a> Instrument<'a> {
                 dropouts += 1;
                 return None;
             }
-            let is_outlier = kind < scanner.dropouts + scanner.outliers;
+            // A fraction of the points that are there: of all that is not lost.
+            let is_outlier = kind < scanner.dropouts + scanner.outliers * (1.0 - scanner.dropouts);
             let place = Place { point, range: point.distance(eye), cosine, station };
             let error = self.noise.error(place, white)
                 + if is_outlier { scanner.outlier_range * (2.0 * outlier - 1.0) } else { 0.0 };

@@ -72,11 +72,11 @@ pub struct Scanner {
     pub correlated: f64,
     /// Diameter of the beam: where it meets two surfaces, the range is between them. Millimetres; 0 for none.
     pub beam: f64,
-    /// Fraction of the points that are outliers.
+    /// Fraction of the points of the scan that are outliers.
     pub outliers: f64,
     /// Outliers are off by up to this, evenly, towards or away from the scanner. Millimetres.
     pub outlier_range: f64,
-    /// Fraction of the points that are lost.
+    /// Fraction of the rays that meet a surface and return no point.
     pub dropouts: f64,
     /// Largest angle between view direction and surface normal at which the scanner sees anything. Radians.
     pub max_incidence: f64,

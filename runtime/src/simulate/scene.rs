@@ -6,6 +6,7 @@ use super::surroundings::Surroundings;
 use super::view::View;
 use crate::bvh::{Bvh, BvhError};
 use crate::mesh::{Bounds, TriangleMesh};
+use crate::model::EvaluationError;
 use glam::DVec3;
 
 /// What a point belongs to.
@@ -115,6 +116,23 @@ impl<'a> Scene<'a> {
             Some(SurfaceHit { normal, ..met })
         };
         hits.into_iter().zip(directions).map(turned).collect()
+    }
+
+    /// Moves points of the object's triangles, whose numbers come with them, onto the exact surface where that is known.
+    /// Those of what is around the object, and of an object that is a mesh, stay where they are. The tolerance, in
+    /// millimetres, is that along the surface.
+    ///
+    /// # Errors
+    /// The model cannot be evaluated.
+    pub(super) fn onto_surface(&self, points: &mut [(DVec3, u32)], tolerance: f64) -> Result<(), EvaluationError> {
+        let Some(exact) = &self.exact else { return Ok(()) };
+        let is_object = |point: &(DVec3, u32)| self.surface(point.1) == Surface::Object;
+        let own: Vec<(DVec3, u32)> = points.iter().copied().filter(is_object).collect();
+        let projected = exact.project(&own, tolerance)?;
+        for (point, exact) in points.iter_mut().filter(|point| is_object(point)).zip(projected) {
+            point.0 = exact;
+        }
+        Ok(())
     }
 
     /// The view that sees `point` under the smallest angle to `normal`, if any sees it under less than the limit:

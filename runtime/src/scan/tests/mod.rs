@@ -3,6 +3,7 @@
 mod data;
 mod e57_las;
 mod gltf;
+mod loaded;
 mod lost;
 mod meshes;
 mod threemf;

@@ -127,6 +127,21 @@ fn a_hand_held_scan_has_a_point_a_squared_spacing() {
     }
 }
 
+/// Noise is along the rays, which meet the surface at all angles up to the largest. Of rays from two radii that are even
+/// over the ball's silhouette the median of |c x|, c the cosine and x normal, times 1.4826 is 0.62 (found by drawing them).
+#[test]
+fn the_noise_of_a_scan_by_hand_is_estimated_along_the_normals() {
+    for noise in [0.4, 0.8, 1.6] {
+        let scanner = Scanner { kind: Kind::HandHeld, spacing: 0.8, noise, ..exact() };
+        let cloud = scan(&sphere(30.0), &scanner, &Silent).unwrap().mesh;
+        let mut off: Vec<f64> = cloud.positions.iter().map(|p| (radius(*p) - 30.0).abs()).collect();
+        let along = 1.4826 * crate::robust::median(&mut off).unwrap();
+        assert!((0.57..0.68).contains(&(along / noise)), "{along} of {noise}");
+        let found = crate::scan::from_mesh(cloud, "by hand").unwrap().noise;
+        assert!((found / along - 1.0).abs() < 0.12, "{found} for {along} of {noise}");
+    }
+}
+
 #[test]
 fn computed_tomography_has_the_inside_as_well() {
     let nested = joined(sphere(30.0), &sphere(20.0));

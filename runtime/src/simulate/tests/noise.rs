@@ -153,3 +153,25 @@ fn intensities_are_cosines() {
         assert!((e.cosine - f64::from(*intensity)).abs() < 1e-6);
     }
 }
+
+/// Counts of n independent rays with the share p have the standard deviation sqrt(n p (1 - p)); five of these, and the
+/// rounding of a count, are allowed.
+fn require_share(count: usize, of: usize, share: f64, what: &str) {
+    let (n, expected) = (of as f64, of as f64 * share);
+    let bound = 5.0 * (n * share * (1.0 - share)).sqrt() + 0.5;
+    assert!((count as f64 - expected).abs() <= bound, "{what}: {count} of {of}, not {expected}");
+}
+
+#[test]
+fn outliers_are_their_share_of_the_points_whatever_is_lost() {
+    for (outliers, dropouts) in [(0.2, 0.0), (0.2, 0.3), (0.6, 0.6), (0.05, 0.9), (1.0, 0.5)] {
+        for kind in [Kind::Panorama, Kind::HandHeld, Kind::StructuredLight] {
+            let scanner = Scanner { kind, cloud: true, outliers, dropouts, views: 6, spacing: 8.0, ..at(2000.0) };
+            let truth = scan(&wall(0.0, 400.0), &scanner, &Silent).unwrap().truth;
+            let what = format!("{kind:?} with {outliers} and {dropouts}");
+            assert!(truth.points + truth.dropouts > 3000, "{what}: {} points", truth.points);
+            require_share(truth.outliers, truth.points, outliers, &what);
+            require_share(truth.dropouts, truth.points + truth.dropouts, dropouts, &what);
+        }
+    }
+}

@@ -80,10 +80,10 @@ impl Name {
         let (base, unit) = match text.find(['[', '(']) {
             Some(at) => {
                 let inside = text[at + 1..].trim_end_matches([']', ')', ' ']);
-                (&text[..at], Some(unit(inside).ok_or_else(|| inside.to_owned())))
+                (&text[..at], Some(inside.parse().map_err(|_| inside.to_owned())))
             }
             // `x_mm` and `x mm`.
-            None => match text.rsplit_once(['_', ' ']).map(|(base, word)| (base, unit(word))) {
+            None => match text.rsplit_once(['_', ' ']).map(|(base, word)| (base, word.parse().ok())) {
                 Some((base, Some(unit))) => (base, Some(Ok(unit))),
                 _ => (text.as_str(), None),
             },
@@ -102,21 +102,7 @@ pub(super) fn stated_unit(line: &[u8]) -> Option<Result<Unit, String>> {
     let word =
         rest.strip_prefix([':', '=', ',', ';']).or_else(|| rest.strip_prefix("are ")).or(rest.strip_prefix("is "))?;
     let word = word.trim().trim_matches(|c: char| "\"'[]().;,".contains(c));
-    (!word.is_empty()).then(|| unit(word).ok_or_else(|| word.to_owned()))
-}
-
-fn unit(word: &str) -> Option<Unit> {
-    let word = word.trim();
-    let long = match word.trim_end_matches('s') {
-        "metre" | "meter" => "m",
-        "millimetre" | "millimeter" => "mm",
-        "centimetre" | "centimeter" => "cm",
-        "micron" | "micrometre" | "micrometer" | "µm" | "μm" => "um",
-        "inch" | "inche" => "in",
-        "foot" | "feet" => "ft",
-        _ => word,
-    };
-    long.parse().ok()
+    (!word.is_empty()).then(|| word.parse().map_err(|_| word.to_owned()))
 }
 
 /// The column of the best of some names; the error says that two have it.
