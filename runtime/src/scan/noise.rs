@@ -12,6 +12,10 @@
 //! layer, and show no surface. Then the scan is thinned, until they reach farther than the layer is thick: the noise
 //! stays, the distances grow. Edges of triangles are of no use there, as they climb from end to end of the layer.
 //!
+//! Of a scan in sections, whose rows of points are farther apart than such a neighbourhood reaches, a vertex is predicted
+//! from its row: by a parabola in the plane in which the row is. Thinned until they are not on a line, its
+//! neighbourhoods show the surface, and its normals.
+//!
 //! The noise is that along the normals. A scanner's own lies along its rays: at an angle of incidence a its part along the
 //! normal has the deviation s cos a, and the median over all angles is below the root mean square. A ball that is seen
 //! from all sides at angles up to 75 degrees has 0.62 s where the root mean square is 0.70 s. Rays are not known to a
@@ -20,13 +24,13 @@
 //! Noise that a scanner's software has smoothed over more than such a neighbourhood is underestimated.
 
 use super::neighbours::Neighbours;
-use super::normals::least_variation;
+use super::normals::Variation;
 use super::outliers::outliers;
 use super::thinned::{Thinned, least_thinning};
 use crate::mesh::TriangleMesh;
 use crate::robust::{MAD_TO_SD, median};
 use glam::DVec3;
-use nalgebra::{Cholesky, Matrix6, Vector6};
+use nalgebra::{SMatrix, SVector, Vector3, Vector6};
 use rayon::prelude::*;
 
 /// The number of vertices that are predicted: the estimate's own error is then below one per cent.
@@ -47,24 +51,30 @@ pub(super) struct Noise {
     pub(super) deviation: f64,
     /// The neighbourhoods of a scan that is thinned to one vertex in so many show the surface. 1 where none do.
     pub(super) one_in: usize,
-    /// Those of all vertices, or of as many as are looked at, do not.
+    /// Those of all vertices, or of as many as are looked at, do not, as they are in a layer.
     pub(super) is_thick: bool,
+    /// Or as they are in a row.
+    pub(super) in_rows: bool,
 }
 
 /// The noise. `sided` says whether the normals tell the sides of a thin wall from each other: without them a vertex's
 /// neighbours may lie on both sides, and the wall's thickness passes for noise.
 pub(super) fn estimate(mesh: &TriangleMesh, sided: bool) -> Noise {
     let first = least_thinning(mesh);
-    let (mut finest, mut one_in) = (None, first);
-    while let Some(Level { deviation, reach }) = level(&Thinned::new(mesh, one_in), sided) {
-        if reach >= REACH * deviation {
-            return Noise { deviation, one_in, is_thick: one_in > first };
+    let (mut finest, mut of_rows, mut one_in) = (None, None, first);
+    while let Some(Level { deviation, reach, in_rows }) = level(&Thinned::new(mesh, one_in), sided) {
+        if in_rows {
+            of_rows.get_or_insert(deviation);
+        } else if reach >= REACH * deviation {
+            let in_rows = of_rows.is_some();
+            let is_thick = one_in > first && !in_rows;
+            return Noise { deviation: of_rows.unwrap_or(deviation), one_in, is_thick, in_rows };
         }
         finest.get_or_insert(deviation);
         one_in *= 2;
     }
     // Too few vertices, or no size of neighbourhood shows a surface.
-    Noise { deviation: finest.unwrap_or(0.0), one_in: 1, is_thick: false }
+    Noise { deviation: finest.unwrap_or(0.0), one_in: 1, ..Noise::default() }
 }
 
 /// The noise that neighbourhoods of some size show.
@@ -73,6 +83,8 @@ struct Level {
     deviation: f64,
     /// Median distance of a vertex's farthest neighbour. Millimetres.
     reach: f64,
+    /// Most neighbourhoods are on a line.
+    in_rows: bool,
 }
 
 /// The noise by the neighbourhoods of a thinned scan; none where there are too few.
@@ -85,17 +97,23 @@ fn level(thinned: &Thinned, sided: bool) -> Option<Level> {
     let of_vertex = |(vertex, outlier): (u32, bool)| {
         let at = DVec3::from(positions[vertex as usize]);
         let near = offsets(thinned, &tree, vertex, at, sided);
-        let normal = least_variation(&near).filter(|_| !outlier)?;
+        let normal = Variation::of(&near).filter(|_| !outlier)?.normal;
         let height = normal.dot(near.iter().sum::<DVec3>()) / near.len() as f64;
         let near = offsets(thinned, &tree, vertex, at + height * normal, sided);
-        Some((deviation(&near)?, near.last()?.length()))
+        let variation = Variation::of(&near)?;
+        let deviation = if variation.is_row() { in_row(&near, &variation) } else { of_surface(&near, &variation) };
+        Some((deviation?, near.last()?.length(), variation.is_row()))
     };
-    let (mut deviations, mut reaches): (Vec<f64>, Vec<f64>) =
-        samples.into_par_iter().zip(outliers).filter_map(of_vertex).unzip();
-    if deviations.len() < ENOUGH {
+    let found: Vec<(f64, f64, bool)> = samples.into_par_iter().zip(outliers).filter_map(of_vertex).collect();
+    if found.len() < ENOUGH {
         return None;
     }
-    Some(Level { deviation: median(&mut deviations)? * MAD_TO_SD, reach: median(&mut reaches)? })
+    let rows = found.iter().filter(|(_, _, in_row)| *in_row).count();
+    let in_rows = 2 * rows > found.len();
+    // A row's residuals are in its plane, the others along the normal: they are not mixed.
+    let alike = found.into_iter().filter(|(_, _, in_row)| *in_row == in_rows);
+    let (mut deviations, mut reaches): (Vec<f64>, Vec<f64>) = alike.map(|(d, reach, _)| (d, reach)).unzip();
+    Some(Level { deviation: median(&mut deviations)? * MAD_TO_SD, reach: median(&mut reaches)?, in_rows })
 }
 
 /// The vectors from a vertex to the others that are nearest to `place`, nearest first.
@@ -109,30 +127,53 @@ fn offsets(thinned: &Thinned, tree: &Neighbours, vertex: u32, place: DVec3, side
 }
 
 /// Distance of the origin from a quadric through `offsets`, over the square root of its variance for unit noise.
-fn deviation(offsets: &[DVec3]) -> Option<f64> {
+fn of_surface(offsets: &[DVec3], variation: &Variation) -> Option<f64> {
+    let (tangent, bitangent) = variation.normal.any_orthonormal_pair();
+    let terms = |offset: DVec3| {
+        let (u, v) = (offset.dot(tangent), offset.dot(bitangent));
+        Vector6::new(1.0, u, v, u * u, u * v, v * v)
+    };
+    off(offsets, variation.normal, terms, |quadric| quadric[1].hypot(quadric[2]))
+}
+
+/// The same of a parabola through points in a row, in the plane in which they vary most.
+fn in_row(offsets: &[DVec3], variation: &Variation) -> Option<f64> {
+    let along = variation.across.cross(variation.normal);
+    let terms = |offset: DVec3| {
+        let u = offset.dot(along);
+        Vector3::new(1.0, u, u * u)
+    };
+    off(offsets, variation.across, terms, |parabola| parabola[1])
+}
+
+/// Distance of the origin from a function that is the sum of some terms, the first of which is 1, with the coefficients
+/// that fit `offsets` best, over the square root of its variance for unit noise. The function is along the unit `normal`,
+/// and `slope` is its slope at the origin by the coefficients.
+fn off<const N: usize>(
+    offsets: &[DVec3],
+    normal: DVec3,
+    terms: impl Fn(DVec3) -> SVector<f64, N>,
+    slope: impl Fn(&SVector<f64, N>) -> f64,
+) -> Option<f64> {
     if offsets.len() < FEWEST {
         return None;
     }
-    let normal = least_variation(offsets)?;
-    let (tangent, bitangent) = normal.any_orthonormal_pair();
     let scale = offsets.iter().map(|d| d.length()).sum::<f64>() / offsets.len() as f64;
-    let (mut matrix, mut right) = (Matrix6::zeros(), Vector6::zeros());
+    let (mut matrix, mut right) = (SMatrix::<f64, N, N>::zeros(), SVector::<f64, N>::zeros());
     for offset in offsets {
-        let (u, v, z) = (offset.dot(tangent) / scale, offset.dot(bitangent) / scale, offset.dot(normal) / scale);
-        let row = Vector6::new(1.0, u, v, u * u, u * v, v * v);
+        let row = terms(*offset / scale);
         matrix += row * row.transpose();
-        right += row * z;
+        right += row * (offset.dot(normal) / scale);
     }
-    let factors = Cholesky::new(matrix)?;
-    let quadric = factors.solve(&right);
-    let leverage = factors.solve(&Vector6::ith(0, 1.0))[0];
+    let factors = matrix.cholesky()?;
+    let fitted = factors.solve(&right);
+    let leverage = factors.inverse()[(0, 0)];
     // A prediction less certain than the vertex itself is an extrapolation, from a border or a thin strip.
     if !(leverage > 0.0 && leverage < 1.0) {
         return None;
     }
-    // The height at the origin, made a distance by the quadric's slope there.
-    let slope = 1.0 + quadric[1].powi(2) + quadric[2].powi(2);
-    let distance = scale * quadric[0].abs() / slope.sqrt();
+    // The height at the origin, made a distance by the slope there.
+    let distance = scale * fitted[0].abs() / slope(&fitted).hypot(1.0);
     Some(distance / (1.0 + leverage).sqrt()).filter(|d| d.is_finite())
 }
 
@@ -180,6 +221,28 @@ mod tests {
                 assert!((deviation / noise - 1.0).abs() < 0.15, "{kind}: {deviation} for {noise}");
                 assert!(ratio == 0.7 || is_thick == (ratio > 0.7), "{kind}: {found:?} for {noise}");
             }
+        }
+    }
+
+    #[test]
+    fn the_noise_of_sections_is_that_of_their_rows() {
+        // A cylinder of 33 mm in sections of 5 mm, whose points are 0.25 mm apart.
+        let mut random = ChaCha8Rng::seed_from_u64(14);
+        for noise in [0.0, 0.03, 0.1] {
+            let distribution = Normal::new(33.0, noise).unwrap();
+            let mut cloud = TriangleMesh::default();
+            for k in 0..20 * 830 {
+                let (angle, r): (f64, f64) = (f64::from(k % 830) / 830.0 * 6.2832, distribution.sample(&mut random));
+                cloud.positions.push([r * angle.cos(), r * angle.sin(), f64::from(k / 830) * 5.0]);
+            }
+            let Noise { deviation, one_in, in_rows, .. } = estimate(&cloud, false);
+            assert!((deviation - noise).abs() < 0.05 * noise + 1e-5, "{deviation} for {noise}");
+            assert!(in_rows && one_in >= 2, "{one_in}");
+            let normals = super::super::normals::over_neighbourhoods(&cloud, one_in).normals;
+            let off = |(n, p): (&[f64; 3], &[f64; 3])| 1.0 - (n[0] * p[0] + n[1] * p[1]).abs() / p[0].hypot(p[1]);
+            let mut off: Vec<f64> = normals.iter().zip(&cloud.positions).map(off).collect();
+            // 0.034 is 15 degrees.
+            assert!(median(&mut off).unwrap() < 0.034);
         }
     }
 
@@ -233,7 +296,7 @@ mod tests {
     #[test]
     fn too_little_says_nothing() {
         let few = TriangleMesh { positions: noisy_torus(0.2).positions[..10].to_vec(), ..TriangleMesh::default() };
-        assert_eq!(estimate(&few, false), Noise { deviation: 0.0, one_in: 1, is_thick: false });
+        assert_eq!(estimate(&few, false), Noise { deviation: 0.0, one_in: 1, ..Noise::default() });
         assert_eq!(estimate(&TriangleMesh { positions: vec![[0.0; 3]; 3], ..few }, false).deviation, 0.0);
     }
 }

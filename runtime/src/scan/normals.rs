@@ -67,7 +67,7 @@ pub(super) fn turn_to_stations(mesh: &mut TriangleMesh, stations: &Stations) -> 
 fn flattest(near: &[DVec3]) -> Option<DVec3> {
     let mut best: Option<(DVec3, f64)> = None;
     for count in [near.len()].into_iter().chain(FEWER.into_iter().filter(|count| *count < near.len())) {
-        let Some(Variation { normal, thickness, width }) = Variation::of(&near[..count]) else { continue };
+        let Some(Variation { normal, thickness, width, .. }) = Variation::of(&near[..count]) else { continue };
         // A plane through n points takes three of their degrees of freedom.
         let thickness = thickness * count as f64 / (count as f64 - 3.0).max(1.0);
         if best.is_none_or(|(_, least)| width > WIDE && thickness < FLATTER * least) {
@@ -166,10 +166,12 @@ pub(super) fn least_variation(points: &[DVec3]) -> Option<DVec3> {
 }
 
 /// How some points vary about their least direction.
-struct Variation {
+pub(super) struct Variation {
     /// The unit direction of least variance.
-    normal: DVec3,
-    /// The variance along it, as a part of that in the direction of the next least variance.
+    pub(super) normal: DVec3,
+    /// That of the next least variance.
+    pub(super) across: DVec3,
+    /// The variance along the normal, as a part of that across.
     thickness: f64,
     /// That one, as a part of the variance in the third direction: small where the points are nearly on a line.
     width: f64,
@@ -177,17 +179,26 @@ struct Variation {
 
 impl Variation {
     /// None where it is not defined (fewer than three points).
-    fn of(points: &[DVec3]) -> Option<Self> {
+    pub(super) fn of(points: &[DVec3]) -> Option<Self> {
         if points.len() < 3 {
             return None;
         }
         let eigen = variation(points)?;
-        let least = eigen.eigenvalues.imin();
-        let normal = eigen.eigenvectors.column(least);
-        let normal = DVec3::new(normal[0], normal[1], normal[2]).try_normalize()?;
-        let most = eigen.eigenvalues.max().max(f64::MIN_POSITIVE);
+        let axis = |k: usize| {
+            let axis = eigen.eigenvectors.column(k);
+            DVec3::new(axis[0], axis[1], axis[2]).try_normalize()
+        };
+        let (least, largest) = (eigen.eigenvalues.imin(), eigen.eigenvalues.imax());
+        let normal = axis(least)?;
+        let across = axis(largest)?.cross(normal).try_normalize()?;
+        let most = eigen.eigenvalues[largest].max(f64::MIN_POSITIVE);
         let next = (eigen.eigenvalues.sum() - eigen.eigenvalues[least] - most).max(f64::MIN_POSITIVE);
-        Some(Self { normal, thickness: eigen.eigenvalues[least].max(0.0) / next, width: next / most })
+        Some(Self { normal, across, thickness: eigen.eigenvalues[least].max(0.0) / next, width: next / most })
+    }
+
+    /// Whether the points are on a line, and show no surface.
+    pub(super) fn is_row(&self) -> bool {
+        self.width < WIDE
     }
 }
 

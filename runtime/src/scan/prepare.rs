@@ -161,7 +161,9 @@ fn settle_normals(mesh: &mut TriangleMesh, oriented: &mut bool, given: bool, war
         }
     }
     let noise = noise::estimate(mesh, *oriented && agree);
-    if noise.is_thick || *oriented && !agree {
+    // Neighbours in a row show no normals: those of a file, or of triangles, do.
+    let unknown = noise.in_rows && !given && mesh.triangles.is_empty();
+    if noise.is_thick || unknown || *oriented && !agree {
         let OverNeighbourhoods { normals, sided } = normals::over_neighbourhoods(mesh, noise.one_in);
         mesh.normals = normals;
         if *oriented && !sided {

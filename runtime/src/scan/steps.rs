@@ -41,20 +41,17 @@ pub(super) fn steps(positions: &[[f64; 3]]) -> [f64; 3] {
     })
 }
 
-/// The step of sorted coordinates: the same for all, or by the power of two and of ten that they are in, as numbers of
-/// so many digits have; then its quadratic mean.
+/// The step of sorted coordinates: by the power of two and of ten that they are in, as numbers of so many digits have
+/// it, or the same for all where there are few of a size; the quadratic mean of those.
 fn of_axis(values: &[f64]) -> f64 {
-    if let Some(step) = common(values) {
-        return step;
-    }
+    let of_all = common(values).unwrap_or(0.0);
     let mut by_size: BTreeMap<(bool, i64, i64), Vec<f64>> = BTreeMap::new();
-    for value in values.iter().filter(|v| **v != 0.0) {
+    for value in values {
         let size = (*value < 0.0, value.abs().log2().floor() as i64, value.abs().log10().floor() as i64);
         by_size.entry(size).or_default().push(*value);
     }
-    let squared: f64 =
-        by_size.values().map(|of_size| of_size.len() as f64 * common(of_size).unwrap_or(0.0).powi(2)).sum();
-    (squared / values.len().max(1) as f64).sqrt()
+    let square = |of_size: &Vec<f64>| of_size.len() as f64 * common(of_size).unwrap_or(of_all).powi(2);
+    (by_size.values().map(square).sum::<f64>() / values.len().max(1) as f64).sqrt()
 }
 
 /// The step of which all differences of sorted coordinates are whole multiples.

@@ -8,6 +8,7 @@ mod blocks;
 pub(crate) mod bootstrap;
 pub(crate) mod compare;
 mod convergence;
+mod field;
 mod invariance;
 pub(crate) mod joint;
 mod least_surface;
@@ -58,6 +59,7 @@ pub(crate) fn infer(solution: Solution) -> Inference {
         // One fit that was cancelled is like another, wherever it was.
         let uncertainty = uncertainty.filter(|_| !problem.monitor.cancelled());
         let uncertainty = uncertainty.map(|uncertainty| bias::include(&solution, uncertainty));
+        let uncertainty = uncertainty.map(|uncertainty| field::include(&solution, uncertainty));
         let uncertainty = uncertainty.map(|found| rounding::include(&solution, found).within(problem.radius));
         uncertainty.map(|uncertainty| unobserved::mark(&solution, uncertainty))
     });

@@ -138,7 +138,7 @@ fn the_noise_of_a_scan_by_hand_is_estimated_along_the_normals() {
         let along = 1.4826 * crate::robust::median(&mut off).unwrap();
         assert!((0.57..0.68).contains(&(along / noise)), "{along} of {noise}");
         let found = crate::scan::from_mesh(cloud, "by hand").unwrap().noise;
-        assert!((found / along - 1.0).abs() < 0.12, "{found} for {along} of {noise}");
+        assert!((found / along - 1.0).abs() < 0.2, "{found} for {along} of {noise}");
     }
 }
 
