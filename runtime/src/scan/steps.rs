@@ -44,7 +44,7 @@ pub(super) fn steps(positions: &[[f64; 3]]) -> [f64; 3] {
 /// The step of sorted coordinates: by the power of two and of ten that they are in, as numbers of so many digits have
 /// it, or the same for all where there are few of a size; the quadratic mean of those.
 fn of_axis(values: &[f64]) -> f64 {
-    let of_all = common(values).unwrap_or(0.0);
+    let of_all = common(values).unwrap_or_else(|| of_single(values));
     let mut by_size: BTreeMap<(bool, i64, i64), Vec<f64>> = BTreeMap::new();
     for value in values {
         let size = (*value < 0.0, value.abs().log2().floor() as i64, value.abs().log10().floor() as i64);
@@ -52,6 +52,14 @@ fn of_axis(values: &[f64]) -> f64 {
     }
     let square = |of_size: &Vec<f64>| of_size.len() as f64 * common(of_size).unwrap_or(of_all).powi(2);
     (by_size.values().map(square).sum::<f64>() / values.len().max(1) as f64).sqrt()
+}
+
+/// The step of single precision where it is so wide that sorted coordinates are hardly any different ones; else 0.
+fn of_single(values: &[f64]) -> f64 {
+    let [Some(low), Some(high)] = [values.first(), values.last()] else { return 0.0 };
+    let step = f64::from(f32::EPSILON) * low.abs().max(high.abs()).log2().floor().exp2();
+    let is_single = values.iter().all(|value| f64::from(*value as f32) == *value);
+    if is_single && high - low <= FEWEST_GAPS as f64 * step { step } else { 0.0 }
 }
 
 /// The step of which all differences of sorted coordinates are whole multiples.
@@ -142,6 +150,8 @@ mod tests {
         // Single precision has 24 binary digits.
         let points = random(30_000, 900_000.0, 1_000_000.0);
         assert_eq!(rounded(&points, |c| f64::from(c as f32)), [0.0625; 3]);
+        let far = random(30_000, 450_000_000.0, 450_000_061.0);
+        assert_eq!(rounded(&far, |c| f64::from(c as f32)), [32.0; 3]);
         let near = rounded(&random(30_000, -60.0, 60.0), |c| f64::from(c as f32));
         assert!(near.iter().all(|step| *step < 4e-6), "{near:?}");
         // Six decimal ones: half of these numbers have three before the point, the others two.
@@ -154,7 +164,10 @@ mod tests {
     #[test]
     fn few_coordinates_have_no_steps() {
         assert_eq!(steps(&[]), [0.0; 3]);
-        assert_eq!(steps(&[[1.0; 3]; 3000]), [0.0; 3]);
+        // But those of single precision, which are no matter so near the origin.
+        assert_eq!(steps(&[[1.0; 3]; 3000]), [f64::from(f32::EPSILON); 3]);
+        assert_eq!(steps(&[[1.1; 3]; 3000]), [0.0; 3]);
+        assert_eq!(steps(&[[0.0; 3]; 3000]), [0.0; 3]);
         let corners: Vec<[f64; 3]> = (0..3000).map(|i| [f64::from(i % 4) * 10.0; 3]).collect();
         assert_eq!(steps(&corners), [0.0; 3]);
     }

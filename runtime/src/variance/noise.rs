@@ -5,13 +5,14 @@
 //! points differ by noise only. A point's distance is predicted by the plane that fits those of its neighbours best,
 //! up to the second ring of triangles about it. If all have independent noise of a standard deviation s, the error of
 //! the prediction has the variance s^2 (1 + h), where h is its leverage, the first diagonal element of the inverse
-//! normal matrix. The median of the errors' sizes over sqrt(1 + h), times 1.4826, is the estimate.
+//! normal matrix. Points in a row, as those of a scan in sections, are predicted by a line. The median of the errors'
+//! sizes over sqrt(1 + h), times 1.4826, is the estimate.
 
 use super::cloud::Cloud;
 use crate::feet::signed::SignedFoot;
 use crate::mesh::TriangleMesh;
 use crate::robust::{MAD_TO_SD, median};
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use nalgebra::{Cholesky, Matrix3, Vector3};
 use rayon::prelude::*;
 
@@ -23,6 +24,9 @@ const ENOUGH: usize = 50;
 const FEWEST: usize = 8;
 /// Neighbours that predict the distance of a point of a cloud: as many as two rings of triangles have.
 const ABOUT: usize = 18;
+/// Points are in a row whose variance across it is this part of that along it: places in a plane have a half, rows of
+/// points that are five times as far apart as their points a tenth.
+const ROW: f64 = 0.05;
 /// Cosine of the largest angle between the surface's normals at neighbouring points of one face, 30 degrees: chamfers
 /// turn by 45 degrees, and cylinders of two spacings by as much as this.
 pub(super) const SMOOTH: f64 = 0.86;
@@ -103,11 +107,18 @@ fn predicted<'f>(here: &SignedFoot, near: impl Iterator<Item = &'f SignedFoot>) 
     if !(scale > 0.0) {
         return None;
     }
+    let offsets: Vec<DVec2> =
+        near.iter().map(|(offset, _)| DVec2::new(offset.dot(tangent), offset.dot(bitangent)) / scale).collect();
+    let (along, is_row) = longest(&offsets);
     let (mut matrix, mut right) = (Matrix3::zeros(), Vector3::zeros());
-    for (offset, distance) in &near {
-        let row = Vector3::new(1.0, offset.dot(tangent) / scale, offset.dot(bitangent) / scale);
+    for (offset, (_, distance)) in offsets.iter().zip(&near) {
+        let across = if is_row { 0.0 } else { offset.perp_dot(along) };
+        let row = Vector3::new(1.0, offset.dot(along), across);
         matrix += row * row.transpose();
         right += row * (distance - here.distance);
+    }
+    if is_row {
+        matrix[(2, 2)] = 1.0;
     }
     let factors = Cholesky::new(matrix)?;
     let leverage = factors.solve(&Vector3::ith(0, 1.0))[0];
@@ -118,12 +129,41 @@ fn predicted<'f>(here: &SignedFoot, near: impl Iterator<Item = &'f SignedFoot>) 
     Some(factors.solve(&right)[0].abs() / (1.0 + leverage).sqrt()).filter(|error| error.is_finite())
 }
 
+/// The direction in which some places vary most, and whether they are in a row along it, as those of a scan in sections
+/// are: a row shows no slope across it.
+fn longest(places: &[DVec2]) -> (DVec2, bool) {
+    let mean = places.iter().sum::<DVec2>() / places.len() as f64;
+    let [mut xx, mut yy, mut xy] = [0.0; 3];
+    for d in places.iter().map(|place| *place - mean) {
+        (xx, yy, xy) = (xx + d.x * d.x, yy + d.y * d.y, xy + d.x * d.y);
+    }
+    let (half, difference) = (0.5 * (xx + yy), (0.5 * (xx - yy)).hypot(xy));
+    (DVec2::from_angle(0.5 * (2.0 * xy).atan2(xx - yy)), half - difference < ROW * (half + difference))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use rand::SeedableRng;
     use rand_chacha::ChaCha8Rng;
     use rand_distr::{Distribution, Normal};
+
+    /// A face of which there are rows of points that are as far apart as twenty of them.
+    #[test]
+    fn the_noise_of_rows_is_that_about_lines() {
+        let mut random = ChaCha8Rng::seed_from_u64(4);
+        let normal = Normal::new(0.0, 0.03).expect("a deviation");
+        let foot = |i: i32| {
+            let (x, y) = (f64::from(i % 200) * 0.25, f64::from(i / 200) * 5.0);
+            let distance = 0.1 + 0.01 * x - 0.02 * y + normal.sample(&mut random);
+            Some(SignedFoot { part: 0, point: DVec3::new(x, y, 0.0), normal: DVec3::Z, distance })
+        };
+        let feet: Vec<Option<SignedFoot>> = (0..2000).map(foot).collect();
+        let near = |i: usize| (i.saturating_sub(9)..i + 10).filter(move |j| *j != i && j / 200 == i / 200);
+        let error = |i: usize| predicted(feet[i].as_ref()?, near(i).filter_map(|j| feet.get(j)?.as_ref()));
+        let found = deviation((0..feet.len()).filter_map(error).collect()).unwrap();
+        assert!((found / 0.03 - 1.0).abs() < 0.1, "{found}");
+    }
 
     /// Points of an L of two faces of 40 by 20 points, whose distances are a slope and noise.
     fn angled(noise: f64) -> (TriangleMesh, Vec<Option<SignedFoot>>) {
