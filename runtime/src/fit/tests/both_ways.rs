@@ -220,17 +220,12 @@ fn half_of_an_object_is_found() {
 fn a_hidden_end_has_alternatives_that_the_intervals_hold() {
     let cup = cup();
     let truth = shaped([3.4, 43.3, 133.2, 0.906, 1.906, 0.95, 1.911, 0.2, 0.646]);
-    // Of the second scan's handle so little is seen that its shape has no standard deviations.
-    for (seed, determined) in [(20, true), (16, false)] {
+    for seed in [20, 40] {
         let scanner = Scanner { random_pose: false, ..scanner(1.5, 0.2, seed) };
         let upper = scanned(&cup, &truth, &scanner, |p| p.z > 53.0);
         let result = fit(&cup, &upper, &FitOptions::default(), &Silent).unwrap();
-        if determined {
-            assert!(!result.alternatives.is_empty(), "{:?}", result.parameters);
-            assert!(result.warnings.iter().any(|w| w.contains("another shape of `handle`")), "{:?}", result.warnings);
-        } else {
-            assert!(result.parameters[10..].iter().all(|p| p.sd.is_none()), "{:?}", result.parameters);
-        }
+        assert!(!result.alternatives.is_empty(), "{:?}", result.parameters);
+        assert!(result.warnings.iter().any(|w| w.contains("another shape of `handle`")), "{:?}", result.warnings);
         assert!(farthest(&result, &truth) < 4.0, "{:?}", result.parameters);
     }
     let scanner = Scanner { random_pose: false, ..scanner(1.5, 0.2, 16) };
