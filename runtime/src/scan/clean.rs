@@ -1,7 +1,7 @@
 //! Cleaning: it establishes the properties of a [`Scan`](super::Scan) that later stages rely on.
 
 use super::attributes::Attributes;
-use super::equal::{first_equal, merge_equal};
+use super::equal::{first_equal, merge_equal, position_key};
 use super::error::ScanFault;
 use super::normals;
 use super::raw::RawMesh;
@@ -64,7 +64,7 @@ pub(super) fn clean(raw: &RawMesh) -> Result<Cleaned, ScanFault> {
     let (positions, index) = if raw.distinct {
         (raw.positions.clone(), (0..raw.positions.len() as u32).collect())
     } else {
-        merge_equal(raw.positions.len(), |i| raw.positions[i])
+        merge_equal(raw.positions.len(), |i| position_key(raw.positions[i]), |i| raw.positions[i])
     };
     let mut normals = merged_normals(raw, &index, positions.len());
     let mut mesh = TriangleMesh { positions, ..TriangleMesh::default() };

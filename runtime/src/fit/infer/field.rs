@@ -9,7 +9,7 @@
 
 use super::sandwich::{Uncertainty, at_least};
 use crate::fit::problem::objective::Objective;
-use crate::fit::problem::rows::{AllRows, Rows};
+use crate::fit::problem::rows::{AllRows, RowPoint, Rows};
 use crate::fit::refine::schedule::Solution;
 use crate::fit::tuning::{FIELD_BLOCKS, FIELD_CLEAR, FIELD_POINTS, FIELD_SHARES, FIELD_STEP, FIELD_TOLD};
 use glam::DVec3;
@@ -75,7 +75,8 @@ struct Field {
 
 /// Some points near the model, evenly of all.
 struct Sample {
-    /// Position and patch.
+    /// The foot, in the scan's frame, and the patch. (Of the points themselves the distance from the model is a smooth
+    /// function of the place: noise would be a field.)
     places: Vec<(DVec3, u32)>,
     /// Signed distances from the model. Millimetres.
     distances: DVector<f64>,
@@ -88,6 +89,13 @@ struct Sample {
     factor: f64,
 }
 
+/// A point of the sample.
+struct Chosen {
+    place: (DVec3, u32),
+    point: RowPoint,
+    row: Vec<f64>,
+}
+
 impl Sample {
     /// None where there are fewer points than a field can be told from.
     fn of(solution: &Solution, uncertainty: &Uncertainty) -> Option<Self> {
@@ -96,16 +104,18 @@ impl Sample {
         let objective = Objective { cache: Some(cache.clone()), ..solution.objective(points) };
         let all = AllRows::new(&objective, estimate)?;
         let chain = level.space.chain(estimate);
+        let turn = estimate.motion.rotation;
         let step = points.len().div_ceil(FIELD_POINTS).max(1);
         let mut sum = 0.0;
-        let mut chosen: Vec<(usize, u32, f64, f64, Vec<f64>)> = Vec::new();
+        let mut chosen: Vec<Chosen> = Vec::new();
         let add = |part: &mut (f64, Vec<_>), rows: &Rows| {
             for (point, row) in rows.iter().filter(|(point, _)| point.weight > 0.5 * point.prior) {
                 part.0 += point.weight;
                 if (point.index as usize).is_multiple_of(step) {
                     let mut full = vec![0.0; chain.nrows()];
                     rows.columns.iter().zip(row).for_each(|(k, slope)| full[*k] = *slope);
-                    part.1.push((point.index as usize, rows.patch, point.distance, point.weight, full));
+                    let foot = points.position[point.index as usize] - turn * point.away * point.distance;
+                    part.1.push(Chosen { place: (foot, rows.patch), point: *point, row: full });
                 }
             }
         };
@@ -117,13 +127,13 @@ impl Sample {
                 chosen.extend(part);
             },
         );
-        let of_sample: f64 = chosen.iter().map(|(_, _, _, weight, _)| weight).sum();
-        let slopes = DMatrix::from_fn(chosen.len(), chain.nrows(), |i, k| chosen[i].4[k]);
+        let of_sample: f64 = chosen.iter().map(|c| c.point.weight).sum();
+        let slopes = DMatrix::from_fn(chosen.len(), chain.nrows(), |i, k| chosen[i].row[k]);
         let fitted: Vec<usize> = (0..chain.ncols()).filter(|k| uncertainty.covariance[(*k, *k)] > 0.0).collect();
         (chosen.len() > 4 * fitted.len()).then(|| Self {
-            places: chosen.iter().map(|(i, patch, ..)| (points.position[*i], *patch)).collect(),
-            distances: DVector::from_iterator(chosen.len(), chosen.iter().map(|c| c.2)),
-            weights: chosen.iter().map(|c| c.3).collect(),
+            places: chosen.iter().map(|c| c.place).collect(),
+            distances: DVector::from_iterator(chosen.len(), chosen.iter().map(|c| c.point.distance)),
+            weights: chosen.iter().map(|c| c.point.weight).collect(),
             rows: slopes * chain,
             fitted,
             factor: sum / of_sample,

@@ -2,7 +2,7 @@
 //! normals are not used: they follow from the vertices, and many files have them wrong.
 
 use crate::mesh::Group;
-use crate::scan::equal::merge_equal;
+use crate::scan::equal::{merge_equal, position_key};
 use crate::scan::error::{ScanFault, shown};
 use crate::scan::format::{binary_stl_size, is_ascii_stl};
 use crate::scan::raw::{RawMesh, is_usable};
@@ -19,10 +19,14 @@ pub(in crate::scan) fn read(bytes: &[u8]) -> Result<RawMesh, ScanFault> {
     let is_text = !whole && is_ascii_stl(bytes);
     let ((positions, indices), groups) = if is_text {
         let (corners, groups) = read_ascii(&String::from_utf8_lossy(bytes))?;
-        (merge_equal(corners.len(), |i| corners[i]), groups)
+        (merge_equal(corners.len(), |i| position_key(corners[i]), |i| corners[i]), groups)
     } else {
         let facets = read_binary(bytes)?;
-        let read = merge_equal(facets.len() / FACET * 3, |corner| position(facets, corner));
+        let read = merge_equal(
+            facets.len() / FACET * 3,
+            |corner| numbers(facets, corner).map(|c| (c + 0.0).to_bits()),
+            |corner| numbers(facets, corner).map(f64::from),
+        );
         let rest = size.map_or(0, |size| (bytes.len() as u64).saturating_sub(size));
         if rest > 0 {
             warnings.push(format!("{rest} bytes behind the last triangle of the header are left out"));
@@ -33,11 +37,11 @@ pub(in crate::scan) fn read(bytes: &[u8]) -> Result<RawMesh, ScanFault> {
     Ok(RawMesh { positions, distinct: !is_text, triangles, groups, warnings, ..RawMesh::default() })
 }
 
-/// A corner's position; there are three a triangle.
-fn position(facets: &[u8], corner: usize) -> [f64; 3] {
+/// A corner's coordinates; there are three corners a triangle.
+fn numbers(facets: &[u8], corner: usize) -> [f32; 3] {
     let at = corner / 3 * FACET + 12 * (corner % 3 + 1);
     let numbers = facets[at..at + 12].as_chunks().0;
-    [0, 1, 2].map(|k| f64::from(f32::from_le_bytes(numbers[k])))
+    [0, 1, 2].map(|k| f32::from_le_bytes(numbers[k]))
 }
 
 /// The bytes of all triangles.
