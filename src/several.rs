@@ -33,6 +33,13 @@ pub(crate) fn read(scan: &ScanArgs, more: &MoreScansArgs) -> Result<Vec<Scan>, C
             let (path, other) = (&scan.source.path, &other.source.path);
             return Err(CommandError::usage(format!("{path}: the scan is that of {other}; give it once")));
         }
+        if let Some(other) = scans[..i].iter().find(|other| scan.is_copy_of(other)) {
+            let (path, other) = (&scan.source.path, &other.source.path);
+            return Err(CommandError::usage(format!(
+                "{path}: the scan is that of {other} in another form: its points are as many, and as far from their \
+                 middle; give it once"
+            )));
+        }
     }
     Ok(if more.same_pose { vec![Scan::in_one_frame(&scans)] } else { scans })
 }

@@ -16,6 +16,7 @@ mod error;
 mod file;
 mod format;
 mod formats;
+mod identity;
 mod load;
 mod merged;
 mod neighbours;

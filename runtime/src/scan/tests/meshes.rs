@@ -129,6 +129,22 @@ fn colours_and_intensities_of_plys() {
     }
 }
 
+/// Some programs write names in capitals; where both are there, those of the format count.
+#[test]
+fn names_of_plys_in_capitals() {
+    let file = |names: [&str; 5]| {
+        let properties = names.map(|name| format!("property float {name}\n")).concat();
+        let rows: String = (0..3).map(|i| format!("{} {} 7 {i} 9\n", i % 2, i / 2)).collect();
+        scan_of("a.ply", format!("ply\nformat ascii 1.0\nelement vertex 3\n{properties}end_header\n{rows}"))
+    };
+    let capitals = file(["X", "Y", "Z", "Intensity", "T"]).unwrap();
+    assert_eq!(capitals.mesh.positions[1], [1.0, 0.0, 7.0]);
+    assert_eq!(capitals.attributes.intensities, [0.0, 1.0, 2.0]);
+    let both = file(["x", "y", "Z", "z", "X"]).unwrap();
+    assert_eq!(both.mesh.positions[2], [0.0, 1.0, 2.0]);
+    assert!(file(["X", "Y", "W", "Intensity", "T"]).unwrap_err().contains("no property `z`"));
+}
+
 /// Rows of one size are read in another way than others and text: all give the same.
 #[test]
 fn plys_of_all_encodings_agree() {

@@ -9,6 +9,7 @@ use crate::scan::colour;
 use crate::scan::error::ScanFault;
 use crate::scan::raw::RawMesh;
 use glam::{DAffine3, DMat3, DVec3};
+use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 /// Nodes may share a mesh: there are at most so many vertices and corners of triangles in all, and so many more for
@@ -187,13 +188,12 @@ impl<'d> Reader<'d, '_> {
         self.take(corners.saturating_mul(times), place)?;
         let Some(indices) = indices else { return Ok((0..count as u32).collect()) };
         let read = self.numbers.read::<1>(indices, &[1])?;
-        let check = |[index]: [f64; 1]| {
-            if index >= 0.0 && index < count as f64 && index.fract() == 0.0 {
-                return Ok(index as u32);
-            }
-            Err(ScanFault::IndexOutOfRange { place: place.to_owned(), what: "vertex", index: index as i64, count })
-        };
-        read.into_iter().map(check).collect()
+        let is_wrong = |[index]: &&[f64; 1]| !(*index >= 0.0 && *index < count as f64 && index.fract() == 0.0);
+        if let Some([index]) = read.iter().find(is_wrong) {
+            let (place, index) = (place.to_owned(), *index as i64);
+            return Err(ScanFault::IndexOutOfRange { place, what: "vertex", index, count });
+        }
+        Ok(read.into_par_iter().map(|[index]| index as u32).collect())
     }
 
     /// Takes vertices or corners of what may still come.
@@ -229,7 +229,7 @@ impl<'d> Reader<'d, '_> {
         let counted = if texcoords.is_some() { &mut self.textured } else { &mut self.bare };
         *counted += count;
         let raw = &mut self.raw;
-        raw.positions.extend(positions.into_iter().map(|p| transform.transform_point3(p.into()).to_array()));
+        raw.positions.par_extend(positions.into_par_iter().map(|p| transform.transform_point3(p.into()).to_array()));
         let turn = normal_matrix(transform.matrix3);
         // A vector of zeros is no normal, white the format's colour of a vertex without one.
         raw.normals.extend(normals.map_or_else(

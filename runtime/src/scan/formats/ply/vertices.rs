@@ -1,7 +1,7 @@
 //! The rows of vertices.
 
 use super::Reader;
-use super::header::{Element, Encoding, Property, Scalar};
+use super::header::{Element, Encoding, Scalar};
 use crate::scan::colour;
 use crate::scan::error::ScanFault;
 use rayon::prelude::*;
@@ -32,17 +32,20 @@ const NONE: [f64; NAMES.len()] = {
     none
 };
 
-/// The place of a vertex's property in `NAMES`. Properties of which there are two (`red` and `diffuse_red`) count once.
+/// By property of a vertex its place in `NAMES`. Properties of which there are two (`red` and `diffuse_red`) count once.
+/// Names in capitals count where the others are missing; but a `T` may be anything.
 fn slots(element: &Element) -> Vec<Option<usize>> {
-    let place = |property: &Property| {
-        let is = |name: &&str| name.eq_ignore_ascii_case(property.name);
-        let exact = |names: &[&str]| names.contains(&property.name);
-        NAMES.iter().enumerate().position(|(k, names)| if k < RED { exact(names) } else { names.iter().any(&is) })
-    };
-    let mut slots: Vec<Option<usize>> = Vec::new();
-    for property in &element.properties {
-        let slot = place(property).filter(|slot| property.count.is_none() && !slots.contains(&Some(*slot)));
-        slots.push(slot);
+    let mut slots: Vec<Option<usize>> = vec![None; element.properties.len()];
+    for exact in [true, false] {
+        for (i, property) in element.properties.iter().enumerate().filter(|(_, p)| p.count.is_none()) {
+            let is = |name: &&str| {
+                if exact { *name == property.name } else { name.eq_ignore_ascii_case(property.name) }
+            };
+            let place = |k: &usize| NAMES[*k].iter().any(is) && (exact || !(TEXCOORD..RED).contains(k));
+            let free = |k: &usize| !slots.contains(&Some(*k));
+            let slot = (0..NAMES.len()).find(place).filter(free);
+            slots[i] = slots[i].or(slot);
+        }
     }
     slots
 }

@@ -5,8 +5,11 @@ use super::names::Columns;
 
 /// The largest difference of the square of a normal's length from 1: normals are written with three digits and more.
 const UNIT_LENGTH: f64 = 0.02;
-/// Fewer numbers in a row may have come one after the other by accident.
+/// Fewer numbers in a row may have come one after the other by accident: from 0 or 1 on, or from any number on.
 const FEWEST_INDICES: usize = 4;
+const FEWEST_FROM_ANYWHERE: usize = 20;
+/// Fewer numbers may rise by accident, or as those of a profile do.
+const FEWEST_RISING: usize = 50;
 
 /// Three columns together, or one.
 #[derive(Clone, Copy, PartialEq)]
@@ -85,11 +88,25 @@ impl Rows<'_> {
     fn is_index(&self, c: usize) -> bool {
         let values: Vec<(f64, bool)> = self.column(c).collect();
         let starts = values.first().is_some_and(|(first, _)| *first == 0.0 || *first == 1.0);
-        starts
-            && values.len() >= FEWEST_INDICES
+        values.len() >= if starts { FEWEST_INDICES } else { FEWEST_FROM_ANYWHERE }
             && values.iter().all(|(_, whole)| *whole)
             && values.windows(2).all(|pair| pair[1].0 == pair[0].0 + 1.0)
     }
+}
+
+/// A sentence on a first column that rises from line to line where others do not, as a time does.
+pub(super) fn time(columns: &Columns, numeric: &[usize], rows: &Rows<'_>) -> Option<String> {
+    let rises = |c: usize| {
+        let values: Vec<f64> = rows.column(c).map(|(value, _)| value).collect();
+        values.len() >= FEWEST_RISING && values.windows(2).all(|pair| pair[1] > pair[0])
+    };
+    let [x, y, z] = columns.position;
+    (numeric.len() > 3 && rises(x) && !rises(y) && !rises(z)).then(|| {
+        format!(
+            "column {} rises from line to line, as times do, and is taken for x; if it is none, put a line of names before the points, such as `time x y z`",
+            x + 1
+        )
+    })
 }
 
 /// What the columns of numbers are, and a sentence about it where it matters.

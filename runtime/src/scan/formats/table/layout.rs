@@ -120,8 +120,10 @@ impl Layout {
             }
             None => {
                 refuse_mixed(fit)?;
+                refuse_commas(fit)?;
                 let (columns, warning) = guess::columns(&fit.numeric, &rows);
                 warnings.extend(warning);
+                warnings.extend(guess::time(&columns, &fit.numeric, &rows));
                 (columns, None)
             }
         };
@@ -130,6 +132,13 @@ impl Layout {
         if let (None, Some((number, Err(word)))) = (unit, units().next()) {
             let known = "um, mm, cm, m, in or ft";
             warnings.push(format!("line {number}: the unit `{word}` is not known: --unit says which it is ({known})"));
+        }
+        if let (Some((_, Ok(named))), Some((number, Ok(other)))) = (&named_unit, &stated)
+            && named != other
+        {
+            warnings.push(format!(
+                "line {number}: the unit {other} is stated, and the columns are named with {named}, which is taken; --unit says which it is"
+            ));
         }
         warnings.extend(may_be_thousands(dialect, fit.rest, &fit.numeric).then(|| {
             "all numbers have three digits behind a mark, or no mark: if the marks group thousands, export the file without"
@@ -194,6 +203,36 @@ fn refuse_mixed(fit: &Fit<'_>) -> Result<(), ScanFault> {
         }
         None => Ok(()),
     }
+}
+
+/// Without names, commas between whole numbers only may be decimal marks as well as separators: `1,05,2,5,3,5`. Then
+/// every second field is a fraction, which may begin with a zero and has no sign.
+fn refuse_commas(fit: &Fit<'_>) -> Result<(), ScanFault> {
+    let dialect = fit.dialect;
+    if dialect.separator != Separator::One(b',') || fit.width < 6 || !fit.width.is_multiple_of(2) {
+        return Ok(());
+    }
+    let mut fields = Vec::new();
+    let mut first = None;
+    for (number, line) in fit.rest.iter().filter(|line| !dialect.is_comment(line.1)) {
+        dialect.split(line, &mut fields);
+        for (c, field) in fields.iter().enumerate() {
+            let field = &line[field.clone()];
+            let is_fraction = c % 2 == 1;
+            if field.iter().any(|b| *b == b'.' || b.is_ascii_alphabetic()) || is_fraction && field.starts_with(b"-") {
+                return Ok(());
+            }
+            if is_fraction && field.len() > 1 && field.starts_with(b"0") {
+                first.get_or_insert((*number, *line));
+            }
+        }
+    }
+    let Some((number, line)) = first else { return Ok(()) };
+    let message = format!(
+        "commas are decimal marks and separators at once in `{}`: export with another separator, or with decimal points",
+        show(line)
+    );
+    Err(fault(number, message))
 }
 
 /// Whether the columns that have names of coordinates and so on have numbers.

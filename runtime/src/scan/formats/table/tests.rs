@@ -196,3 +196,37 @@ fn marks_that_may_group_thousands_are_said() {
     assert!(says(&with_zero));
     assert!(!says(&rows("643")) && !says(&rows("643.25")) && !says(&rows("643.250")));
 }
+
+#[test]
+fn commas_that_are_both_marks_and_separators_are_refused() {
+    let rows = |row: &dyn Fn(u32) -> String| (0..60).map(row).collect::<String>();
+    let both = rows(&|i| format!("{},{:02},-{},{:02},7,{}\n", i % 7, i * 7 % 100, i % 5, i * 3 % 100, i % 10));
+    assert!(error(&both).contains("line 1: commas are decimal marks and separators at once"), "{}", error(&both));
+    // Whole millimetres with colours.
+    let colours = rows(&|i| format!("{},{},-{},{},{},0\n", i * 31 % 97, i, i % 5, i * 3 % 256, i * 5 % 256));
+    assert_eq!(table(&colours).points[1].position, [31.0, 1.0, -1.0]);
+}
+
+#[test]
+fn counts_and_times_before_coordinates() {
+    let rows = |first: &dyn Fn(u32) -> String| {
+        let row = |i: u32| format!("{} {}.5 {}.25 {}.125\n", first(i), i * 31 % 97, i * 17 % 41, i * 7 % 23);
+        table(&(0..60).map(row).collect::<String>())
+    };
+    let counted = rows(&|i| (5123 + i).to_string());
+    assert_eq!(counted.points[1].position, [31.5, 17.25, 7.125]);
+    assert!(counted.warnings[0].contains("column 1 counts the points"), "{:?}", counted.warnings);
+    let timed = rows(&|i| format!("{:.3}", 1000.0 + 0.013 * f64::from(i)));
+    assert_eq!(timed.points[1].position, [1000.013, 31.5, 17.25]);
+    assert!(timed.warnings.iter().any(|w| w.contains("column 1 rises from line to line")), "{:?}", timed.warnings);
+    let scattered = rows(&|i| format!("{}.5", i * 13 % 59));
+    assert!(!scattered.warnings.iter().any(|w| w.contains("rises")), "{:?}", scattered.warnings);
+}
+
+#[test]
+fn two_units_are_named() {
+    let found = table("# Units: mm\nx [m],y [m],z [m]\n1.5,2,3\n4,5,6\n");
+    assert_eq!(found.unit, Some(1000.0));
+    assert!(found.warnings[0].contains("line 1: the unit mm is stated"), "{:?}", found.warnings);
+    assert!(table("# Units: mm\nx [mm],y [mm],z [mm]\n1.5,2,3\n4,5,6\n").warnings.is_empty());
+}
