@@ -43,7 +43,7 @@ pub(crate) fn include(solution: &Solution, uncertainty: Uncertainty) -> Uncertai
 
 /// The field of the residuals, and the covariance that it gives the estimate.
 fn respond(solution: &Solution, uncertainty: &Uncertainty) -> Option<(Field, DMatrix<f64>)> {
-    let sample = Sample::of(solution, uncertainty)?;
+    let sample = Sample::of(solution)?;
     let field = sample.field()?;
     let weighted = DMatrix::from_fn(sample.rows.nrows(), sample.rows.ncols(), |i, k| {
         sample.weights[i] * sample.factor * sample.rows[(i, k)]
@@ -83,7 +83,7 @@ struct Sample {
     weights: Vec<f64>,
     /// J by the local coordinates.
     rows: DMatrix<f64>,
-    /// Columns of the coordinates that are determined.
+    /// Columns of the coordinates that have an influence, those at bounds included: what is left for a bound is no wave.
     fitted: Vec<usize>,
     /// The sum of the weights of all points near the model over that of these.
     factor: f64,
@@ -98,7 +98,7 @@ struct Chosen {
 
 impl Sample {
     /// None where there are fewer points than a field can be told from.
-    fn of(solution: &Solution, uncertainty: &Uncertainty) -> Option<Self> {
+    fn of(solution: &Solution) -> Option<Self> {
         let Solution { level, estimate, cache, .. } = solution;
         let points = &level.problem.points;
         let objective = Objective { cache: Some(cache.clone()), ..solution.objective(points) };
@@ -129,12 +129,13 @@ impl Sample {
         );
         let of_sample: f64 = chosen.iter().map(|c| c.point.weight).sum();
         let slopes = DMatrix::from_fn(chosen.len(), chain.nrows(), |i, k| chosen[i].row[k]);
-        let fitted: Vec<usize> = (0..chain.ncols()).filter(|k| uncertainty.covariance[(*k, *k)] > 0.0).collect();
+        let rows = slopes * chain;
+        let fitted: Vec<usize> = (0..rows.ncols()).filter(|k| rows.column(*k).amax() > 0.0).collect();
         (chosen.len() > 4 * fitted.len()).then(|| Self {
             places: chosen.iter().map(|c| c.place).collect(),
             distances: DVector::from_iterator(chosen.len(), chosen.iter().map(|c| c.point.distance)),
             weights: chosen.iter().map(|c| c.point.weight).collect(),
-            rows: slopes * chain,
+            rows,
             fitted,
             factor: sum / of_sample,
         })

@@ -50,7 +50,10 @@ fn one_object_has_one_fit_however_it_is_meshed() {
         assert!(largest(&area, i) < 1.0, "{i}: {}", largest(&area, i));
     }
     // By their number, the points of the finer parts decide how the misfit is shared.
-    assert!(largest(&points, 0) > 3.0 && largest(&points, 1) > 1.5);
+    for i in 0..2 {
+        let (by_area, by_number) = (largest(&area, i), largest(&points, i));
+        assert!(by_number > 2.0 * by_area, "{i}: {by_number} {by_area}");
+    }
     assert!(area.iter().all(|r| r.weights == Weights::Area && r.inliers > 0.9));
 }
 
