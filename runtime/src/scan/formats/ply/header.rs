@@ -168,7 +168,7 @@ pub(super) fn parse_header(header: &str) -> Result<(Encoding, Vec<Element<'_>>),
         if matches!(*name, "face" | "tristrips") && *count > 0 && !lists_corners {
             return Err(fault(format!("element `{name}` has no list `{}` or `{}`", INDICES[0], INDICES[1])));
         }
-        let has = |axis: &str| properties.iter().any(|p| p.name == axis && p.count.is_none());
+        let has = |axis: &str| properties.iter().any(|p| p.name.eq_ignore_ascii_case(axis) && p.count.is_none());
         let missing = ["x", "y", "z"].into_iter().find(|axis| !has(axis));
         if let Some(axis) = missing.filter(|_| *name == "vertex") {
             return Err(fault(format!("element `vertex` has no property `{axis}`; x, y and z are needed")));

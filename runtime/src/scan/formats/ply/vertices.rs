@@ -1,7 +1,7 @@
 //! The rows of vertices.
 
 use super::Reader;
-use super::header::{Element, Encoding, Property, Scalar};
+use super::header::{Element, Encoding, Scalar};
 use crate::scan::colour;
 use crate::scan::error::ScanFault;
 use rayon::prelude::*;
@@ -32,19 +32,39 @@ const NONE: [f64; NAMES.len()] = {
     none
 };
 
+/// The names of the components of a colour.
+pub(super) const COLOUR: [&[&str]; 3] = [NAMES[RED], NAMES[RED + 1], NAMES[RED + 2]];
+
 /// The place of a vertex's property in `NAMES`. Properties of which there are two (`red` and `diffuse_red`) count once.
+/// Names in capitals (`X`) are taken where the usual ones are not there; those of texture coordinates are not, which
+/// `T` and `U` of other things resemble.
 fn slots(element: &Element) -> Vec<Option<usize>> {
-    let place = |property: &Property| {
-        let is = |name: &&str| name.eq_ignore_ascii_case(property.name);
-        let exact = |names: &[&str]| names.contains(&property.name);
-        NAMES.iter().enumerate().position(|(k, names)| if k < RED { exact(names) } else { names.iter().any(&is) })
-    };
-    let mut slots: Vec<Option<usize>> = Vec::new();
-    for property in &element.properties {
-        let slot = place(property).filter(|slot| property.count.is_none() && !slots.contains(&Some(*slot)));
-        slots.push(slot);
+    let mut slots = vec![None; element.properties.len()];
+    let exact = |names: &[&str], name: &str| names.contains(&name);
+    let alike = |names: &[&str], name: &str| names.iter().any(|known| known.eq_ignore_ascii_case(name));
+    for (at, property) in element.properties.iter().enumerate().filter(|(_, p)| p.count.is_none()) {
+        let slot = NAMES
+            .iter()
+            .enumerate()
+            .position(|(k, names)| if k < RED { exact(names, property.name) } else { alike(names, property.name) });
+        slots[at] = slot.filter(|slot| !slots.contains(&Some(*slot)));
+    }
+    for (at, property) in element.properties.iter().enumerate().filter(|(_, p)| p.count.is_none()) {
+        let slot = NAMES[..TEXCOORD].iter().position(|names| alike(names, property.name));
+        if slots[at].is_none() && !slots.contains(&slot) {
+            slots[at] = slot;
+        }
     }
     slots
+}
+
+/// Colours from numbers of a type.
+pub(super) fn of_type(scalar: Scalar, colours: &[[f32; 3]]) -> Vec<[u8; 3]> {
+    match scalar {
+        Scalar::F32 | Scalar::F64 => colour::of_numbers(colours),
+        Scalar::U16 => colours.iter().map(|colour| colour.map(|c| colour::byte(c / 257.0))).collect(),
+        _ => colours.iter().map(|colour| colour.map(colour::byte)).collect(),
+    }
 }
 
 /// What vertices have.
@@ -95,11 +115,7 @@ impl Reader<'_> {
                 Ok(())
             })?;
         }
-        self.raw.attributes.colours = match kinds.colours {
-            Some(Scalar::F32 | Scalar::F64) => colour::of_numbers(&colours),
-            Some(Scalar::U16) => colours.iter().map(|colour| colour.map(|c| colour::byte(c / 257.0))).collect(),
-            _ => colours.iter().map(|colour| colour.map(colour::byte)).collect(),
-        };
+        self.raw.attributes.colours = kinds.colours.map_or_else(Vec::new, |scalar| of_type(scalar, &colours));
         Ok(())
     }
 
