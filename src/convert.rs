@@ -4,6 +4,7 @@ use crate::cli::ConvertArgs;
 use crate::error::CommandError;
 use crate::progress::TerminalProgress;
 use crate::{fit, info, outputs};
+use gml_compiler::number::plain;
 use gml_runtime::export::scan::{Recorded, ScanFormat};
 use gml_runtime::scan::{self, Loaded, Unit};
 use serde_json::json;
@@ -37,7 +38,8 @@ pub(crate) fn run(args: &ConvertArgs) -> Result<(), CommandError> {
     let scan = Recorded { mesh, attributes, grids: &[], unit };
     outputs::write_scan(&args.output, &scan, format)?;
     warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
-    let lost = lost(&loaded, format, unit);
+    let mut lost = lost(&loaded, format, unit);
+    lost.extend(rounded(format.rounding(&scan)));
     lost.iter().for_each(|lost| eprintln!("warning: {}: {lost}", args.output.display()));
     let (points, triangles) = (format.count_points(mesh), if format.is_of_points() { 0 } else { mesh.triangles.len() });
     let left_out = info::left_out(cleaning);
@@ -78,6 +80,16 @@ fn lost(loaded: &Loaded, format: ScanFormat, unit: Unit) -> Vec<String> {
         sentences.push(format!("the format cannot say that the unit is {unit}: read it with --unit {unit}"));
     }
     sentences
+}
+
+/// A sentence on coordinates that the new file has rounded by up to a length in mm.
+fn rounded(by: f64) -> Option<String> {
+    /// Less is finer than what scanners and their files resolve. Millimetres.
+    const UNSAID: f64 = 6e-4;
+    (by > UNSAID).then(|| {
+        let by = format!("{by:.1e}").parse().map_or_else(|_| plain(by), plain);
+        format!("the format rounds coordinates, here by up to {by} mm: .ply, .obj, .off, .e57, .pcd and .xyz keep them")
+    })
 }
 
 /// The format by --format, or else by the ending of the file's name.

@@ -3,7 +3,8 @@
 use crate::cli::{MoreScansArgs, ScanArgs};
 use crate::error::CommandError;
 use crate::fit::read_scan;
-use gml_runtime::fit::in_first_frame;
+use gml_compiler::number::plain;
+use gml_runtime::fit::{copied, in_first_frame};
 use gml_runtime::model::Motion;
 use gml_runtime::scan::{Scan, ScanSource};
 use std::path::PathBuf;
@@ -33,15 +34,21 @@ pub(crate) fn read(scan: &ScanArgs, more: &MoreScansArgs) -> Result<Vec<Scan>, C
             let (path, other) = (&scan.source.path, &other.source.path);
             return Err(CommandError::usage(format!("{path}: the scan is that of {other}; give it once")));
         }
-        if let Some(other) = scans[..i].iter().find(|other| scan.is_copy_of(other)) {
-            let (path, other) = (&scan.source.path, &other.source.path);
-            return Err(CommandError::usage(format!(
-                "{path}: the scan is that of {other} in another form: its points are as many, and as far from their \
-                 middle; give it once"
-            )));
+        let copy = scans[..i].iter().find_map(|other| Some((other, copied(other, scan)?)));
+        if let Some((other, scale)) = copy {
+            return Err(CommandError::usage(same_points(&scan.source.path, &other.source.path, scale)));
         }
     }
     Ok(if more.same_pose { vec![Scan::in_one_frame(&scans)] } else { scans })
+}
+
+/// The sentence on two files with the same points.
+fn same_points(path: &str, other: &str, scale: f64) -> String {
+    let size = if scale == 1.0 { String::new() } else { format!(" times {} (is --unit that of both?)", plain(scale)) };
+    format!(
+        "{path}: its points are those of {other}{size}, in another file, frame or order; what is measured once counts \
+         once, so give one of them"
+    )
 }
 
 /// The scans as one in the frame of the first, by the poses of a fit of all of them.

@@ -46,3 +46,18 @@ fn a_cloud_becomes_a_mesh_with_the_colours_of_its_points() {
     let again = text(&gmlc_in(at, &["convert", "mesh.ply", "--surface", "-o", "again.ply"]).stderr);
     assert!(again.contains("--surface has no effect: the scan has triangles already"), "{again}");
 }
+
+#[test]
+fn rounding_far_from_the_origin_is_said() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    let obj = "v 450000000.1 5 0\nv 450000100.3 5 0\nv 450000000.1 90 7\nf 1 2 3\n";
+    std::fs::write(at.join("far.obj"), obj).expect("written");
+    // Single precision has steps of 32 mm there: 450000000 and 450000096 are the nearest.
+    let said = text(&gmlc_in(at, &["convert", "far.obj", "-o", "far.stl"]).stderr);
+    assert!(said.contains("far.stl: the format rounds coordinates, here by up to 4.3 mm: .ply, .obj"), "{said}");
+    for kept in ["far.pcd", "far.ply", "far.glb", "far.las"] {
+        let said = text(&gmlc_in(at, &["convert", "far.obj", "-o", kept]).stderr);
+        assert!(!said.contains("rounds coordinates"), "{said}");
+    }
+}

@@ -50,7 +50,8 @@ fn rounded_coordinates_are_known_to_be_rounded() {
             assert!((value - side).abs() < 4.0 * sd, "{name} = {value} +- {sd} with steps of {step}");
             // That of the difference of two even distributions over a step is 0.41 steps.
             assert!(!is_coarse || sd > 0.2 * step, "{name} +- {sd} with steps of {step}");
-            assert!(sd < f64::max(0.01, 0.6 * step), "{name} +- {sd} with steps of {step}");
+            // Faces that lie off are waves of the residuals, too, and count a second time.
+            assert!(sd < f64::max(0.01, step), "{name} +- {sd} with steps of {step}");
         }
         if step == 1.0 {
             let said = fails(folder, &["inspect", "block.gml", "rounded.xyz", "-o", "out"], 4);

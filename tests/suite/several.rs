@@ -100,3 +100,24 @@ fn a_copy_of_a_scan_is_no_other_scan() {
     let error = fails(folder.path(), &args, 2);
     assert!(error.contains("two.xyz: the scan is that of one.xyz"), "{error}");
 }
+
+#[test]
+fn a_copy_in_another_form_is_no_other_scan() {
+    let folder = tempdir().expect("a folder");
+    let path = folder.path();
+    let can = example("can/can.gml");
+    for seed in ["1", "2"] {
+        let ply = format!("{seed}.ply");
+        gmlc(path, &["scan", &can, "--spacing", "3mm", "--noise", "0.05mm", "--seed", seed, "-o", &ply]);
+    }
+    for (copy, unit) in [("copy.xyz", "cm"), ("copy.laz", "m"), ("copy.pcd", "in")] {
+        gmlc(path, &["convert", "1.ply", "--output-unit", unit, "-o", copy]);
+        let error = fails(path, &["fit", &can, "2.ply", "1.ply", copy, "-o", "fit.json"], 2);
+        assert!(error.contains(&format!("{copy}: its points are those of 1.ply, in another file")), "{error}");
+    }
+    // In metres that are taken for millimetres.
+    gmlc(path, &["convert", "1.ply", "--output-unit", "m", "-o", "copy.pts"]);
+    let error = fails(path, &["fit", &can, "1.ply", "copy.pts", "-o", "fit.json"], 2);
+    assert!(error.contains("those of 1.ply times 0.001 (is --unit that of both?)"), "{error}");
+    gmlc(path, &["fit", &can, "1.ply", "2.ply", "-o", "fit.json"]);
+}

@@ -48,7 +48,7 @@ pub use result::{
     UnexplainedPiece, WithoutSd,
 };
 pub use search::{Evidence, InputValues, SearchError, Selected, search};
-pub use several::{SeveralFit, fit_several, in_first_frame};
+pub use several::{SeveralFit, copied, fit_several, in_first_frame};
 
 use crate::model::Model;
 use crate::progress::Progress;

@@ -16,7 +16,6 @@ mod error;
 mod file;
 mod format;
 mod formats;
-mod identity;
 mod load;
 mod merged;
 mod neighbours;
@@ -56,6 +55,7 @@ pub use read::{ReferenceMesh, read, read_mesh, read_surface};
 pub use source::{Cleaning, ScanSource};
 pub(crate) use spacing::spacings;
 pub(crate) use spikes::spikes;
+pub(crate) use steps::steps as coordinate_steps;
 pub use survey::{ScanEntry, SurfaceFigures, Survey, survey};
 pub use unit::{Unit, UnknownUnit};
 

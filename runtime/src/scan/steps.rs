@@ -32,7 +32,7 @@ const OF_SPACING: f64 = 0.72;
 const COINCIDENT: f64 = 0.05;
 
 /// The step of the coordinates of every axis, as they stand in the file; 0 where none is seen.
-pub(super) fn steps(positions: &[[f64; 3]]) -> [f64; 3] {
+pub(crate) fn steps(positions: &[[f64; 3]]) -> [f64; 3] {
     let every = positions.len().div_ceil(SAMPLES).max(1);
     std::array::from_fn(|k| {
         let mut values: Vec<f64> = positions.iter().step_by(every).map(|p| p[k]).collect();

@@ -61,6 +61,11 @@ struct Writer<'a> {
     intensity: [f64; 2],
 }
 
+/// The step of coordinates. Millimetres.
+pub(super) fn step(scan: &Recorded<'_>) -> f64 {
+    Writer::new(scan).scale / METRE
+}
+
 impl<'a> Writer<'a> {
     fn new(scan: &'a Recorded<'a>) -> Self {
         let mut bounds: Bounds = scan.mesh.positions.iter().map(|p| DVec3::from(*p) * METRE).collect();

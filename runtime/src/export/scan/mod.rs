@@ -14,6 +14,7 @@ use super::atomic::{self, WriteError};
 use super::mesh::{self, MeshFormat};
 use crate::mesh::TriangleMesh;
 use crate::scan::{Attributes, Unit};
+use glam::DVec3;
 use std::io::{self, Seek, Write};
 use std::path::Path;
 
@@ -184,11 +185,37 @@ impl ScanFormat {
         }
     }
 
+    /// How far a file of the format moves a point along an axis, at most, where it rounds coordinates more coarsely
+    /// than double precision does. Millimetres.
+    #[must_use]
+    pub fn rounding(self, scan: &Recorded<'_>) -> f64 {
+        match self {
+            Self::Mesh(MeshFormat::Stl) => single_rounding(scan, DVec3::ZERO),
+            Self::Glb => {
+                let metres = Recorded { unit: Unit::M, ..*scan };
+                single_rounding(&metres, scan.mesh.bounds().centre() / Unit::M.millimetres())
+            }
+            Self::Pcd if pcd::is_single(scan) => single_rounding(scan, DVec3::ZERO),
+            Self::Las | Self::Laz => las::step(scan) / 2.0,
+            _ => 0.0,
+        }
+    }
+
     /// Whether the format has triangles only.
     #[must_use]
     pub fn is_of_triangles(self) -> bool {
         matches!(self, Self::Mesh(MeshFormat::Stl) | Self::ThreeMf)
     }
+}
+
+/// How far single precision moves a point along an axis, at most, if coordinates are those from a place in the file's
+/// unit. Millimetres.
+fn single_rounding(scan: &Recorded<'_>, from: DVec3) -> f64 {
+    let lost = |i: usize| {
+        let place = DVec3::from(scan.position(i)) - from;
+        (place.as_vec3().as_dvec3() - place).abs().max_element()
+    };
+    (0..scan.mesh.positions.len()).map(lost).fold(0.0, f64::max) * scan.unit.millimetres()
 }
 
 /// Writes a scan to a file.

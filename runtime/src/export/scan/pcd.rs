@@ -1,6 +1,7 @@
 //! PCD, binary: a header of text, and points of as many bytes each.
 
-use super::{Out, Recorded};
+use super::{Out, Recorded, single_rounding};
+use glam::DVec3;
 use std::io;
 
 /// Coordinates are in single precision, which PCL's own types of points need, where that moves no point by more.
@@ -11,8 +12,7 @@ const ROUNDED: f64 = 5e-4;
 pub(super) fn write(out: &mut dyn Out, scan: &Recorded<'_>) -> io::Result<()> {
     let (mesh, attributes) = (scan.mesh, scan.attributes);
     let count = mesh.positions.len();
-    let lost = |c: f64| (f64::from(c as f32) - c).abs() * scan.unit.millimetres();
-    let single = (0..count).all(|i| scan.position(i).iter().all(|c| lost(*c) <= ROUNDED));
+    let single = is_single(scan);
     let mut fields = vec![("x", if single { "4" } else { "8" }, "F")];
     fields.extend([("y", fields[0].1, "F"), ("z", fields[0].1, "F")]);
     if !mesh.normals.is_empty() {
@@ -46,6 +46,11 @@ pub(super) fn write(out: &mut dyn Out, scan: &Recorded<'_>) -> io::Result<()> {
         }
     }
     Ok(())
+}
+
+/// Whether coordinates are in single precision.
+pub(super) fn is_single(scan: &Recorded<'_>) -> bool {
+    single_rounding(scan, DVec3::ZERO) <= ROUNDED
 }
 
 /// A translation and a quaternion.

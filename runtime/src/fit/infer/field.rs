@@ -33,7 +33,7 @@ pub(crate) fn include(solution: &Solution, uncertainty: Uncertainty) -> Uncertai
     if factor > FIELD_TOLD {
         let height = plain(format!("{:.1e}", (field.variance * field.share).sqrt()).parse().unwrap_or(0.0));
         problem.monitor.warn(format!(
-            "what the model does not explain has waves {height} mm high (root mean square), alike over some {:.0} mm of a scan that is {:.0} mm across: the fit takes up a part of them. Standard deviations allow for that, and are up to {factor:.1} times what the residuals show; they do not allow for a shape that the model does not have",
+            "the residuals have waves {height} mm high (root mean square), alike over some {:.0} mm of a scan that is {:.0} mm across, and the fit takes up a part of them. Standard deviations allow for that, and are up to {factor:.1} times what the residuals show; they do not allow for a shape that the model does not have",
             field.length,
             problem.scan.mesh.bounds().diagonal(),
         ));

@@ -2,6 +2,7 @@
 //! which need not overlap (docs/decisions/0062-several-scans.md).
 
 mod apart;
+mod copies;
 mod merge;
 mod place;
 mod report;
@@ -26,6 +27,7 @@ use super::tuning::{CONVINCING, LEADERS, SEARCHES};
 use crate::model::Model;
 use crate::progress::Progress;
 use crate::scan::Scan;
+pub use copies::copied;
 pub use merge::in_first_frame;
 use merge::merged;
 

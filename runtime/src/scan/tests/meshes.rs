@@ -129,22 +129,6 @@ fn colours_and_intensities_of_plys() {
     }
 }
 
-/// Some programs write names in capitals; where both are there, those of the format count.
-#[test]
-fn names_of_plys_in_capitals() {
-    let file = |names: [&str; 5]| {
-        let properties = names.map(|name| format!("property float {name}\n")).concat();
-        let rows: String = (0..3).map(|i| format!("{} {} 7 {i} 9\n", i % 2, i / 2)).collect();
-        scan_of("a.ply", format!("ply\nformat ascii 1.0\nelement vertex 3\n{properties}end_header\n{rows}"))
-    };
-    let capitals = file(["X", "Y", "Z", "Intensity", "T"]).unwrap();
-    assert_eq!(capitals.mesh.positions[1], [1.0, 0.0, 7.0]);
-    assert_eq!(capitals.attributes.intensities, [0.0, 1.0, 2.0]);
-    let both = file(["x", "y", "Z", "z", "X"]).unwrap();
-    assert_eq!(both.mesh.positions[2], [0.0, 1.0, 2.0]);
-    assert!(file(["X", "Y", "W", "Intensity", "T"]).unwrap_err().contains("no property `z`"));
-}
-
 /// Rows of one size are read in another way than others and text: all give the same.
 #[test]
 fn plys_of_all_encodings_agree() {
@@ -250,4 +234,54 @@ fn colours_of_objs() {
     assert_eq!(cloud.attributes.colours, [[255, 0, 7], [0, 1, 0]]);
     let some = scan_of("a.obj", "v 0 0 0 1 0 0\nv 1 0 0\nv 0 1 0 1 0 0\nf 1 2 3\n").unwrap();
     assert!(some.attributes.colours.is_empty() && some.warnings[0].contains("others none"), "{:?}", some.warnings);
+}
+
+#[test]
+fn names_of_ply_properties_may_be_in_capitals() {
+    let rows = "end_header\n1 2 3 0 0 1\n4 5 6 0 1 0\n";
+    let head = "ply\nformat ascii 1.0\nelement vertex 2\n";
+    let names = ["X", "Y", "Z", "NX", "NY", "NZ"].map(|name| format!("property float {name}\n")).concat();
+    let scan = scan_of("a.ply", format!("{head}{names}{rows}")).unwrap();
+    assert_eq!((scan.mesh.positions[1], scan.mesh.normals[1]), ([4.0, 5.0, 6.0], [0.0, 1.0, 0.0]));
+    // The usual name is taken of two.
+    let both = ["X", "Y", "Z", "x", "y", "z"].map(|name| format!("property float {name}\n")).concat();
+    assert_eq!(scan_of("a.ply", format!("{head}{both}{rows}")).unwrap().mesh.positions[1], [0.0, 1.0, 0.0]);
+}
+
+/// Two triangles that share an edge, red and blue.
+#[test]
+fn colours_of_ply_faces_are_carried_to_the_vertices() {
+    let vertices = [[0.0_f32, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.5]];
+    let expected = [[200, 0, 0], [100, 0, 50], [100, 0, 50], [0, 0, 100]];
+    let head = |format: &str, before: &str| {
+        format!(
+            "ply\nformat {format} 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
+             element face 2\n{before}property list uchar int vertex_indices\nproperty uchar red\nproperty uchar green\n\
+             property uchar blue\nend_header\n"
+        )
+    };
+    let faces = [([0_i32, 1, 2], [200_u8, 0, 0]), ([2, 1, 3], [0, 0, 100])];
+    let mut ascii = head("ascii", "");
+    vertices.iter().for_each(|[x, y, z]| ascii += &format!("{x} {y} {z}\n"));
+    faces.iter().for_each(|([a, b, c], [r, g, l])| ascii += &format!("3 {a} {b} {c} {r} {g} {l}\n"));
+    let mut binary = head("binary_little_endian", "property ushort flags\n").into_bytes();
+    binary.extend(vertices.as_flattened().iter().flat_map(|c| c.to_le_bytes()));
+    for (corners, colour) in faces {
+        binary.extend([7, 7, 3]);
+        binary.extend(corners.iter().flat_map(|c| c.to_le_bytes()));
+        binary.extend(colour);
+    }
+    for bytes in [ascii.clone().into_bytes(), binary] {
+        let scan = scan_of("a.ply", bytes).unwrap();
+        assert_eq!((scan.mesh.positions.len(), &scan.attributes.colours[..]), (4, &expected[..]));
+        assert!(scan.warnings[0].contains("colours are those of its faces"), "{:?}", scan.warnings);
+    }
+    // Vertices that have colours keep them.
+    let own = "property float z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\n";
+    let own = ascii.replacen("property float z\n", own, 1);
+    let own = ["0 0 0\n", "1 0 0\n", "0 1 0\n", "1 1 0.5\n"]
+        .iter()
+        .fold(own, |text, row| text.replacen(&format!("\n{row}"), &format!("\n{} 1 2 3\n", row.trim()), 1));
+    let scan = scan_of("a.ply", own).unwrap();
+    assert!(scan.attributes.colours == [[1, 2, 3]; 4] && scan.warnings.is_empty(), "{:?}", scan.warnings);
 }

@@ -6,8 +6,10 @@ use super::super::error::ScanFault;
 use super::super::formats::collected::{Collected, collect};
 use super::super::formats::{pcd, pts, ptx, table};
 use super::super::unit::Unit;
+use super::super::{ReadOptions, load};
 use crate::export::scan::{Grid, Recorded, ScanFormat, write};
 use crate::mesh::TriangleMesh;
+use crate::progress::Silent;
 
 type Read = fn(Input, &mut dyn Points) -> Result<(), ScanFault>;
 
@@ -137,4 +139,35 @@ fn coordinates_of_pcd_are_single_where_that_is_fine() {
         (TriangleMesh { positions: vec![[500_000.1, 0.0, 0.0]], ..TriangleMesh::default() }, Attributes::default());
     let (found, _) = round(&recorded(&far, Unit::Mm), ScanFormat::Pcd, pcd::read);
     assert_same(&found, &far, 1.0, 0.0, "PCD");
+}
+
+/// A survey has coordinates of 450 and 5400 km; 30 m are a hall.
+#[test]
+fn coordinates_far_from_the_origin_are_kept_or_their_rounding_is_known() {
+    let folder = tempfile::tempdir().unwrap();
+    for far in [[450_000_000.0, 5_400_000_000.0, 300_000.0], [0.0; 3]] {
+        let corner = |x: f64, y: f64| [far[0] + x, far[1] + y, far[2] + 0.3 * x];
+        let positions = vec![corner(0.1234, 0.2), corner(30_000.321, 1.7), corner(5.5, 20_000.123)];
+        let mesh = TriangleMesh { positions, triangles: vec![[0, 1, 2]], ..TriangleMesh::default() };
+        let mut said = Vec::new();
+        for (name, format) in ScanFormat::ALL {
+            let unit = if format.has_metres() { Unit::M } else { Unit::Mm };
+            let attributes = Attributes::default();
+            let scan = Recorded { mesh: &mesh, attributes: &attributes, grids: &[], unit };
+            let path = folder.path().join(format!("a.{name}"));
+            write(&path, &scan, format).unwrap();
+            let found = load(&path, &ReadOptions::default(), &Silent).unwrap().mesh.positions;
+            let off = found.iter().zip(&mesh.positions).flat_map(|(a, b)| (0..3).map(move |k| (a[k] - b[k]).abs()));
+            let (off, rounding) = (off.fold(0.0, f64::max), format.rounding(&scan));
+            // A coordinate of 5400 km has doubles of 1e-6 mm, and is rounded as metres and as millimetres.
+            assert!(found.len() == 3 && off <= rounding + 3e-6, "{name}: {off}, not {rounding}");
+            assert!(off >= 0.3 * rounding, "{name}: {off}, not {rounding}");
+            if rounding > 6e-4 {
+                said.push(name);
+            }
+        }
+        if far[0] > 0.0 {
+            assert_eq!(said, ["stl"]);
+        }
+    }
 }

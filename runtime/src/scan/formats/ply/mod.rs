@@ -1,5 +1,6 @@
 //! PLY: ASCII and binary of both byte orders.
 
+mod face_colours;
 mod grid;
 mod header;
 mod vertices;
@@ -7,14 +8,15 @@ mod vertices;
 use crate::scan::error::{ScanFault, shown};
 use crate::scan::polygon::fan;
 use crate::scan::raw::{Odd, Polygon, RawMesh};
+use face_colours::FaceColours;
 use grid::Grid;
 use header::{Element, Encoding, INDICES, Property, Scalar, parse_header, split_header};
 
 const FORMAT: &str = "PLY";
 
 /// Reads a PLY file: elements `vertex` (x y z; nx ny nz; s t; a colour; an intensity), `face` (`vertex_indices` or
-/// `vertex_index`; `texcoord`), `tristrips` and `range_grid`; others are skipped. Polygons are fans so far; without
-/// faces it is a cloud of points.
+/// `vertex_index`; `texcoord`; a colour), `tristrips` and `range_grid`; others are skipped. Polygons are fans so far;
+/// without faces it is a cloud of points.
 pub(in crate::scan) fn read(bytes: &[u8]) -> Result<RawMesh, ScanFault> {
     let (header, body) = split_header(bytes)?;
     let (encoding, elements) = parse_header(&header)?;
@@ -32,12 +34,16 @@ pub(in crate::scan) fn read(bytes: &[u8]) -> Result<RawMesh, ScanFault> {
         textured: true,
         short: None,
         grid: None,
+        face_colours: None,
         raw: RawMesh::default(),
     };
     for element in &elements {
         match element.name {
             "vertex" => reader.read_vertices(element)?,
             "face" => {
+                // More vertices than the file has room for are an error, which comes later where they stand behind.
+                let fits = vertices <= bytes.len() / 3;
+                reader.face_colours = if fits { FaceColours::of(element, vertices) } else { None };
                 let read = reader.read_plain_faces(element);
                 reader.read_rows(element, read + 1, Reader::add_face)?;
             }
@@ -52,13 +58,18 @@ pub(in crate::scan) fn read(bytes: &[u8]) -> Result<RawMesh, ScanFault> {
     if let Some(last) = elements.last() {
         reader.require_end(last)?;
     }
-    let Reader { mut raw, textured, short, grid, .. } = reader;
+    let Reader { mut raw, textured, short, grid, face_colours, .. } = reader;
     if let Some(grid) = grid {
         grid.triangulate(&mut raw);
     }
     if let Some(odd) = short {
         let (place, others) = (&odd.first, odd.others());
         raw.warnings.push(format!("{place}: fewer than three corners, it is left out{others}"));
+    }
+    if let Some(colours) = face_colours.filter(|_| raw.attributes.colours.is_empty() && !raw.triangles.is_empty()) {
+        raw.attributes.colours = colours.at_vertices();
+        let sentence = "colours are those of its faces: a vertex has the mean of those that meet there";
+        raw.warnings.push(sentence.to_owned());
     }
     if !textured {
         raw.corner_texcoords.clear();
@@ -89,6 +100,7 @@ struct Reader<'a> {
     /// Faces and strips without a triangle, by their kinds and rows.
     short: Option<Odd<String>>,
     grid: Option<Grid>,
+    face_colours: Option<FaceColours>,
     raw: RawMesh,
 }
 
@@ -255,6 +267,10 @@ impl Reader<'_> {
             if corners.iter().any(|corner| index(corner) as usize >= self.vertices) {
                 return read;
             }
+            if let Some(colours) = &mut self.face_colours {
+                let parts = [&self.rest[..before], &self.rest[size - after..size]];
+                colours.add_bytes(parts, big_endian, corners.iter().map(index));
+            }
             if let [a, b, c] = corners {
                 self.raw.triangles.push([index(a), index(b), index(c)]);
             } else {
@@ -283,6 +299,9 @@ impl Reader<'_> {
         let indices = self.checked(list(element, row, &INDICES), "face", number)?;
         self.textured &= !indices.is_empty() && texcoords.len() == 2 * indices.len();
         self.note_corners(indices.len(), number);
+        if let Some(colours) = &mut self.face_colours {
+            colours.add(row, &indices);
+        }
         for corners in fan(indices.len()) {
             self.raw.triangles.push(corners.map(|c| indices[c]));
             if self.textured {

@@ -32,22 +32,39 @@ const NONE: [f64; NAMES.len()] = {
     none
 };
 
-/// By property of a vertex its place in `NAMES`. Properties of which there are two (`red` and `diffuse_red`) count once.
-/// Names in capitals count where the others are missing; but a `T` may be anything.
+/// The names of the components of a colour.
+pub(super) const COLOUR: [&[&str]; 3] = [NAMES[RED], NAMES[RED + 1], NAMES[RED + 2]];
+
+/// The place of a vertex's property in `NAMES`. Properties of which there are two (`red` and `diffuse_red`) count once.
+/// Names in capitals (`X`) are taken where the usual ones are not there; those of texture coordinates are not, which
+/// `T` and `U` of other things resemble.
 fn slots(element: &Element) -> Vec<Option<usize>> {
-    let mut slots: Vec<Option<usize>> = vec![None; element.properties.len()];
-    for exact in [true, false] {
-        for (i, property) in element.properties.iter().enumerate().filter(|(_, p)| p.count.is_none()) {
-            let is = |name: &&str| {
-                if exact { *name == property.name } else { name.eq_ignore_ascii_case(property.name) }
-            };
-            let place = |k: &usize| NAMES[*k].iter().any(is) && (exact || !(TEXCOORD..RED).contains(k));
-            let free = |k: &usize| !slots.contains(&Some(*k));
-            let slot = (0..NAMES.len()).find(place).filter(free);
-            slots[i] = slots[i].or(slot);
+    let mut slots = vec![None; element.properties.len()];
+    let exact = |names: &[&str], name: &str| names.contains(&name);
+    let alike = |names: &[&str], name: &str| names.iter().any(|known| known.eq_ignore_ascii_case(name));
+    for (at, property) in element.properties.iter().enumerate().filter(|(_, p)| p.count.is_none()) {
+        let slot = NAMES
+            .iter()
+            .enumerate()
+            .position(|(k, names)| if k < RED { exact(names, property.name) } else { alike(names, property.name) });
+        slots[at] = slot.filter(|slot| !slots.contains(&Some(*slot)));
+    }
+    for (at, property) in element.properties.iter().enumerate().filter(|(_, p)| p.count.is_none()) {
+        let slot = NAMES[..TEXCOORD].iter().position(|names| alike(names, property.name));
+        if slots[at].is_none() && !slots.contains(&slot) {
+            slots[at] = slot;
         }
     }
     slots
+}
+
+/// Colours from numbers of a type.
+pub(super) fn of_type(scalar: Scalar, colours: &[[f32; 3]]) -> Vec<[u8; 3]> {
+    match scalar {
+        Scalar::F32 | Scalar::F64 => colour::of_numbers(colours),
+        Scalar::U16 => colours.iter().map(|colour| colour.map(|c| colour::byte(c / 257.0))).collect(),
+        _ => colours.iter().map(|colour| colour.map(colour::byte)).collect(),
+    }
 }
 
 /// What vertices have.
@@ -98,11 +115,7 @@ impl Reader<'_> {
                 Ok(())
             })?;
         }
-        self.raw.attributes.colours = match kinds.colours {
-            Some(Scalar::F32 | Scalar::F64) => colour::of_numbers(&colours),
-            Some(Scalar::U16) => colours.iter().map(|colour| colour.map(|c| colour::byte(c / 257.0))).collect(),
-            _ => colours.iter().map(|colour| colour.map(colour::byte)).collect(),
-        };
+        self.raw.attributes.colours = kinds.colours.map_or_else(Vec::new, |scalar| of_type(scalar, &colours));
         Ok(())
     }
 

@@ -5,11 +5,10 @@ use super::names::Columns;
 
 /// The largest difference of the square of a normal's length from 1: normals are written with three digits and more.
 const UNIT_LENGTH: f64 = 0.02;
-/// Fewer numbers in a row may have come one after the other by accident: from 0 or 1 on, or from any number on.
+/// Fewer numbers in a row may have come one after the other by accident.
 const FEWEST_INDICES: usize = 4;
-const FEWEST_FROM_ANYWHERE: usize = 20;
-/// Fewer numbers may rise by accident, or as those of a profile do.
-const FEWEST_RISING: usize = 50;
+/// In fewer rows the coordinates of a scan may rise as well.
+const FEWEST_TIMES: usize = 50;
 
 /// Three columns together, or one.
 #[derive(Clone, Copy, PartialEq)]
@@ -88,40 +87,45 @@ impl Rows<'_> {
     fn is_index(&self, c: usize) -> bool {
         let values: Vec<(f64, bool)> = self.column(c).collect();
         let starts = values.first().is_some_and(|(first, _)| *first == 0.0 || *first == 1.0);
-        values.len() >= if starts { FEWEST_INDICES } else { FEWEST_FROM_ANYWHERE }
+        starts
+            && values.len() >= FEWEST_INDICES
             && values.iter().all(|(_, whole)| *whole)
             && values.windows(2).all(|pair| pair[1].0 == pair[0].0 + 1.0)
     }
-}
 
-/// A sentence on a first column that rises from line to line where others do not, as a time does.
-pub(super) fn time(columns: &Columns, numeric: &[usize], rows: &Rows<'_>) -> Option<String> {
-    let rises = |c: usize| {
-        let values: Vec<f64> = rows.column(c).map(|(value, _)| value).collect();
-        values.len() >= FEWEST_RISING && values.windows(2).all(|pair| pair[1] > pair[0])
-    };
-    let [x, y, z] = columns.position;
-    (numeric.len() > 3 && rises(x) && !rises(y) && !rises(z)).then(|| {
-        format!(
-            "column {} rises from line to line, as times do, and is taken for x; if it is none, put a line of names before the points, such as `time x y z`",
-            x + 1
-        )
-    })
+    /// Whether columns behind one that counts the rows are coordinates. If all are whole numbers, the count may be a
+    /// coordinate itself, of a row of a raster, whose other coordinate is then the same all along.
+    fn are_coordinates(&self, columns: &[usize]) -> bool {
+        let fractions = columns.iter().flat_map(|c| self.column(*c)).any(|(_, whole)| !whole);
+        let differ = columns[..2].iter().all(|c| self.column(*c).zip(self.column(*c).skip(1)).any(|(a, b)| a.0 != b.0));
+        fractions || self.0.len() >= FEWEST_TIMES && differ
+    }
+
+    /// Whether the numbers of a column rise from row to row, in so many rows that it is no accident.
+    fn rises(&self, c: usize) -> bool {
+        let values: Vec<f64> = self.column(c).map(|(value, _)| value).collect();
+        values.len() >= FEWEST_TIMES && values.windows(2).all(|pair| pair[0] < pair[1])
+    }
 }
 
 /// What the columns of numbers are, and a sentence about it where it matters.
 pub(super) fn columns(numeric: &[usize], rows: &Rows<'_>) -> (Columns, Option<String>) {
     let mut said = Vec::new();
-    let mut numeric = numeric;
-    // Coordinates that are all whole numbers may count something themselves.
-    let fractions = |columns: &[usize]| columns.iter().flat_map(|c| rows.column(*c)).any(|(_, whole)| !whole);
-    if numeric.len() > 3 && rows.is_index(numeric[0]) && fractions(&numeric[1..4]) {
+    let (mut numeric, all) = (numeric, numeric.len());
+    if numeric.len() > 3 && rows.is_index(numeric[0]) && rows.are_coordinates(&numeric[1..4]) {
         said.push(format!("column {} counts the points", numeric[0] + 1));
         numeric = &numeric[1..];
+    } else if numeric.len() > 3 && rows.rises(numeric[0]) {
+        said.push(format!(
+            "column {} is x, although it rises from line to line like a time (if it is one, put a line of names such \
+             as `t x y z` before the points)",
+            numeric[0] + 1
+        ));
     }
+    let counted = numeric.len() < all;
     let (position, rest) = numeric.split_at(3);
     let mut columns = Columns { position: [position[0], position[1], position[2]], ..Columns::default() };
-    if !said.is_empty() {
+    if counted {
         let [x, y, z] = columns.position.map(|c| c + 1);
         said.push(format!("columns {x}, {y} and {z} are coordinates"));
     }

@@ -1,12 +1,12 @@
 //! What a table is like, from its first lines.
 
-use super::super::text::{self, lone_count, shown_line as show};
+use super::super::text::{self, shown_line as show};
 use super::dialect::{Cell, DIALECTS, Dialect, Separator};
+use super::doubts;
 use super::guess::{self, Rows};
 use super::names::{self, Columns, Names};
 use crate::scan::error::ScanFault;
 use std::collections::HashMap;
-use std::ops::Range;
 
 pub(super) const FORMAT: &str = "text table";
 /// The number of bytes at a file's beginning that are looked at, and of lines in them.
@@ -46,23 +46,23 @@ pub(super) struct Refused {
 }
 
 /// A line and its number.
-type Line<'a> = (u64, &'a [u8]);
+pub(super) type Line<'a> = (u64, &'a [u8]);
 
 /// How far lines fit a dialect.
-struct Fit<'a> {
-    dialect: Dialect,
-    width: usize,
+pub(super) struct Fit<'a> {
+    pub(super) dialect: Dialect,
+    pub(super) width: usize,
     /// What stands before the first point.
     preamble: &'a [Line<'a>],
-    first: u64,
+    pub(super) first: u64,
     /// The columns of numbers.
-    numeric: Vec<usize>,
+    pub(super) numeric: Vec<usize>,
     /// Those that fit.
-    rows: Vec<Vec<Cell>>,
+    pub(super) rows: Vec<Vec<Cell>>,
     /// Those that should.
     lines: usize,
     /// From the first point on.
-    rest: &'a [Line<'a>],
+    pub(super) rest: &'a [Line<'a>],
 }
 
 impl Layout {
@@ -106,8 +106,8 @@ impl Layout {
             );
             return Err(fault(*number, message));
         }
-        refuse_other_points(fit, &texts)?;
-        let count = texts.iter().find_map(|(number, line)| Some((lone_count(line)?, *number)));
+        doubts::refuse_other_points(fit, &texts)?;
+        let count = texts.iter().find_map(|(number, line)| Some((doubts::padded_count(line, dialect)?, *number)));
         let (named, header) = find_names(fit, &texts, &remarks)?;
         let mut warnings = Vec::new();
         let rows = Rows(&fit.rows);
@@ -119,11 +119,10 @@ impl Layout {
                 (names.columns, names.unit.map(|unit| (header.unwrap_or(1), unit)))
             }
             None => {
-                refuse_mixed(fit)?;
-                refuse_commas(fit)?;
+                doubts::refuse_mixed(fit)?;
+                doubts::refuse_decimal_commas(fit)?;
                 let (columns, warning) = guess::columns(&fit.numeric, &rows);
                 warnings.extend(warning);
-                warnings.extend(guess::time(&columns, &fit.numeric, &rows));
                 (columns, None)
             }
         };
@@ -133,14 +132,8 @@ impl Layout {
             let known = "um, mm, cm, m, in or ft";
             warnings.push(format!("line {number}: the unit `{word}` is not known: --unit says which it is ({known})"));
         }
-        if let (Some((_, Ok(named))), Some((number, Ok(other)))) = (&named_unit, &stated)
-            && named != other
-        {
-            warnings.push(format!(
-                "line {number}: the unit {other} is stated, and the columns are named with {named}, which is taken; --unit says which it is"
-            ));
-        }
-        warnings.extend(may_be_thousands(dialect, fit.rest, &fit.numeric).then(|| {
+        warnings.extend(doubts::contradiction(&named_unit, &stated));
+        warnings.extend(doubts::may_be_thousands(dialect, fit.rest, &fit.numeric).then(|| {
             "all numbers have three digits behind a mark, or no mark: if the marks group thousands, export the file without"
                 .to_owned()
         }));
@@ -148,10 +141,9 @@ impl Layout {
             check_named(fit, &mut columns, &mut warnings)?;
         }
         let of_unit = stated.as_ref().map(|(number, _)| number);
-        let mut unused = texts
-            .iter()
-            .copied()
-            .filter(|line| Some(line.0) != header && Some(&line.0) != of_unit && lone_count(line.1).is_none());
+        let mut unused = texts.iter().copied().filter(|line| {
+            Some(line.0) != header && Some(&line.0) != of_unit && doubts::padded_count(line.1, dialect).is_none()
+        });
         if let Some((number, line)) = unused.next() {
             let others = match unused.count() {
                 0 => String::new(),
@@ -165,74 +157,6 @@ impl Layout {
         let unit = unit.map(|unit| unit.millimetres());
         Ok(Self { dialect, width, first, columns, unit, count, warnings, ignored, clear })
     }
-}
-
-/// A line that begins with three numbers, before the first point, is a point that is not like the others.
-fn refuse_other_points(fit: &Fit<'_>, texts: &[Line<'_>]) -> Result<(), ScanFault> {
-    let mut fields = Vec::new();
-    for (number, line) in texts {
-        fit.dialect.split(line, &mut fields);
-        let is_number = |field: &Range<usize>| fit.dialect.cell(&line[field.clone()]) != Cell::Text;
-        if fields.len() >= 3 && fields[..3].iter().all(is_number) {
-            if fields.len() == fit.width {
-                let message = format!("expected three numbers as in line {}, found `{}`", fit.first, show(line));
-                return Err(fault(*number, message));
-            }
-            let message = format!(
-                "expected {} columns as in line {} and others, found {} in `{}`",
-                fit.width,
-                fit.first,
-                fields.len(),
-                show(line)
-            );
-            return Err(fault(*number, message));
-        }
-    }
-    Ok(())
-}
-
-/// Without names, a column that has numbers here and text there may be a coordinate that is damaged.
-fn refuse_mixed(fit: &Fit<'_>) -> Result<(), ScanFault> {
-    let is_mixed =
-        |c: &usize| !fit.numeric.contains(c) && fit.rows.iter().any(|row| matches!(row[*c], Cell::Number(..)));
-    match (0..fit.numeric[2]).find(is_mixed) {
-        Some(c) => {
-            let message =
-                format!("column {} has numbers in some lines and text in others; name the columns x, y, z", c + 1);
-            Err(fault(fit.first, message))
-        }
-        None => Ok(()),
-    }
-}
-
-/// Without names, commas between whole numbers only may be decimal marks as well as separators: `1,05,2,5,3,5`. Then
-/// every second field is a fraction, which may begin with a zero and has no sign.
-fn refuse_commas(fit: &Fit<'_>) -> Result<(), ScanFault> {
-    let dialect = fit.dialect;
-    if dialect.separator != Separator::One(b',') || fit.width < 6 || !fit.width.is_multiple_of(2) {
-        return Ok(());
-    }
-    let mut fields = Vec::new();
-    let mut first = None;
-    for (number, line) in fit.rest.iter().filter(|line| !dialect.is_comment(line.1)) {
-        dialect.split(line, &mut fields);
-        for (c, field) in fields.iter().enumerate() {
-            let field = &line[field.clone()];
-            let is_fraction = c % 2 == 1;
-            if field.iter().any(|b| *b == b'.' || b.is_ascii_alphabetic()) || is_fraction && field.starts_with(b"-") {
-                return Ok(());
-            }
-            if is_fraction && field.len() > 1 && field.starts_with(b"0") {
-                first.get_or_insert((*number, *line));
-            }
-        }
-    }
-    let Some((number, line)) = first else { return Ok(()) };
-    let message = format!(
-        "commas are decimal marks and separators at once in `{}`: export with another separator, or with decimal points",
-        show(line)
-    );
-    Err(fault(number, message))
 }
 
 /// Whether the columns that have names of coordinates and so on have numbers.
@@ -312,7 +236,7 @@ fn find_names(
     Ok((None, None))
 }
 
-fn fault(line: u64, message: String) -> ScanFault {
+pub(super) fn fault(line: u64, message: String) -> ScanFault {
     ScanFault::malformed(FORMAT, format!("line {line}"), message)
 }
 
@@ -397,29 +321,6 @@ impl<'a> Fit<'a> {
 /// Commas are decimal marks beside commas as separators only where every number has one.
 fn is_decimal_throughout(rows: &[Vec<Cell>], numeric: &[usize], lines: usize) -> bool {
     rows.len() == lines && rows.iter().all(|row| numeric.iter().all(|c| !matches!(row[*c], Cell::Number(_, true))))
-}
-
-/// Whether the first three columns of numbers have marks in front of exactly three digits wherever they have any, and
-/// numbers without a mark as well: `1.182;643;12.077` may be thousands.
-fn may_be_thousands(dialect: Dialect, lines: &[Line<'_>], numeric: &[usize]) -> bool {
-    /// Fewer numbers with a mark say nothing.
-    const FEWEST: usize = 20;
-    let (mut fields, mut marked, mut bare) = (Vec::new(), 0, 0);
-    for (_, line) in lines.iter().filter(|line| !dialect.is_comment(line.1)) {
-        dialect.split(line, &mut fields);
-        for field in numeric.iter().take(3).filter_map(|c| fields.get(*c)) {
-            let field = &line[field.clone()];
-            match field.iter().position(|b| *b == dialect.mark) {
-                Some(at) if field.len() == at + 4 && !field.starts_with(b"0") && !field.starts_with(b"-0") => {
-                    marked += 1
-                }
-                Some(_) => return false,
-                None if field.iter().any(u8::is_ascii_alphabetic) => return false,
-                None => bare += 1,
-            }
-        }
-    }
-    marked >= FEWEST && bare > 0
 }
 
 fn count_numbers(cells: &[Cell]) -> usize {

@@ -2,6 +2,7 @@
 //! agree on nothing else: separators, decimal marks, names and order of the columns are found out from the first lines.
 
 mod dialect;
+mod doubts;
 mod guess;
 mod layout;
 mod names;
@@ -10,6 +11,7 @@ use super::batch::{Batch, require_first};
 use super::text::{self, Lines, leading, missing, number};
 use crate::scan::cloud::{Input, Points, RawPoint};
 use crate::scan::error::ScanFault;
+use crate::scan::raw::Odd;
 use dialect::Separator;
 use layout::{FORMAT, Layout, SAMPLE};
 use std::io::{Read, SeekFrom};
@@ -42,7 +44,7 @@ pub(in crate::scan) fn read(mut input: Input, points: &mut dyn Points) -> Result
     layout.warnings.iter().for_each(|warning| batch.warn(warning.clone()));
     let mut lines = Lines::new(input, FORMAT)?;
     let mut reader = Reader::new(&layout);
-    let mut rows = 0;
+    let (mut rows, mut partial) = (0, None);
     while lines.advance_to_text()? {
         if lines.number() < layout.first {
             continue;
@@ -54,7 +56,20 @@ pub(in crate::scan) fn read(mut input: Input, points: &mut dyn Points) -> Result
             reader.read_any(&lines)?;
         }
         rows += 1;
-        batch.push(reader.point(&lines)?, lines.read())?;
+        let point = reader.point(&lines)?;
+        let missing = point.position.iter().filter(|c| c.is_nan()).count();
+        if missing == 1 || missing == 2 {
+            // A cell without an echo lacks all three.
+            Odd::add(&mut partial, || lines.number());
+        }
+        batch.push(point, lines.read())?;
+    }
+    if let Some(odd) = partial {
+        batch.warn(format!(
+            "line {}: the point has only some of its coordinates and is left out{}",
+            odd.first,
+            odd.others()
+        ));
     }
     batch.flush(lines.read())?;
     match layout.count {

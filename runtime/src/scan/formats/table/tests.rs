@@ -60,7 +60,8 @@ fn names_say_what_columns_are() {
         7,,2,1,0,0,1,255,0,17,0.5\n8,NaN,2,1,0,0,1,255,0,17,0.5\n";
     let found = table(text);
     assert_eq!((found.points.len(), found.empty, found.unit), (6, 2, Some(1.0)));
-    assert!(found.warnings.is_empty() && found.entries == Vec::<(Entry, usize)>::new(), "{:?}", found.warnings);
+    assert_eq!(found.warnings, ["line 8: the point has only some of its coordinates and is left out (1 more like it)"]);
+    assert_eq!(found.entries, Vec::<(Entry, usize)>::new());
     let first = found.points[0];
     assert_eq!((first.position, first.normal), ([1.0, 2.0, 3.0], Some([0.0, 0.0, 1.0])));
     assert_eq!((first.colour, first.intensity), (Some([255, 0, 17]), Some(0.5)));
@@ -122,7 +123,11 @@ fn rows_that_do_not_fit_are_named() {
         ("time,speed,level\n0, 0, 0\n", "line 1: expected columns called x, y and z, found `time,speed,level`"),
         ("x,y,z\n1,5,2,5,3,5\n", "line 1: the line names 3 columns, line 2 has 6: are commas decimal marks?"),
         ("x y z\n1 2 3 4\n", "line 1: the line names 3 columns, line 2 has 4"),
-        ("3,\n1,2,3\n4,5,6\n", "line 1: `3,` is no point"),
+        ("3,\n1,2,3\n4,5,6\n", "line 1: the line announces 3 points, 2 follow"),
+        ("3;;\n1;2;3\n4;5;6\n", "line 1: the line announces 3 points, 2 follow"),
+        ("3 4\n1 2 3\n4 5 6\n", "line 1: `3 4` is no point"),
+        ("7,,8\n1,2,3\n4,5,6\n", "line 1: expected three numbers as in line 2, found `7,,8`"),
+        ("1,5,2,5,3,5\n4,25,5,5,6,125\n", "line 1: 6 whole numbers, or 3 with decimal commas?"),
         ("3\nx y z\n1 2 3\n4 5 6\n", "line 1: the line announces 3 points, 2 follow"),
         ("a,b\n1,2\n3,4\n", "line 1: expected points, at least three numbers in a line, found `a,b`"),
         ("x y z\n", "line 1: expected points"),
@@ -138,6 +143,52 @@ fn rows_that_do_not_fit_are_named() {
     let late = format!("x y z r g b\n{}1 2 3 4 5 300\n", "1 2 3 4 5 6\n".repeat(30_000));
     assert!(error(&late).contains("line 30002: expected a colour of numbers from 0 to 255"));
     assert!(matches!(collect(read, b"1 2 3\n", Some(1)), Err(ScanFault::NoSuchScan { count: 1 })));
+}
+
+#[test]
+fn a_first_line_without_a_point_is_no_empty_point() {
+    for text in ["2,,\n1,2,3\n4,5,6\n", "2;;;\n1;2;3;9\n4;5;6;9\n", "2 \n1 2 3\n4 5 6\n"] {
+        let found = table(text);
+        assert_eq!((found.points.len(), found.empty), (2, 0), "{text}");
+    }
+    let partial = table("1,2,,7,8\n1,2,3,7,8\n,,,7,8\n");
+    assert_eq!((partial.points.len(), partial.empty), (1, 2));
+    assert_eq!(partial.warnings.last().unwrap(), "line 1: the point has only some of its coordinates and is left out");
+}
+
+/// Lines of four whole numbers; the first of each by `first`.
+fn rows(count: usize, first: impl Fn(usize) -> String) -> String {
+    (0..count).map(|i| format!("{} {} {} {}\n", first(i), 70 - i % 7, 100 + i % 5, i % 11)).collect()
+}
+
+#[test]
+fn a_first_column_that_counts_or_rises_is_said() {
+    for from in [0, 1] {
+        let counted = table(&rows(60, |i| (i + from).to_string()));
+        assert_eq!(counted.points[1].position, [69.0, 101.0, 1.0]);
+        let warning = &counted.warnings[0];
+        assert!(warning.contains("column 1 counts the points, columns 2, 3 and 4 are coordinates"), "{warning}");
+    }
+    // A row of a raster, with an intensity.
+    let raster: String = (0..60).map(|i| format!("{i} 5 {} {}\n", i % 7, i % 11)).collect();
+    assert_eq!(table(&raster).points[59].position, [59.0, 5.0, 3.0]);
+    let rising = table(&rows(60, |i| format!("{:.3}", 1.7e9 + i as f64 * 0.025)));
+    assert_eq!(rising.points[1].position[0], 1.7e9 + 0.025);
+    let warning = &rising.warnings[0];
+    assert!(warning.contains("column 1 is x, although it rises from line to line like a time"), "{warning}");
+    assert!(warning.contains("such as `t x y z`") && warning.contains("column 4 is the intensity"), "{warning}");
+    let named = table(&format!("t x y z\n{}", rows(60, |i| i.to_string())));
+    assert!(named.points[1].position == [69.0, 101.0, 1.0] && named.warnings.is_empty(), "{:?}", named.warnings);
+    let falls = table(&rows(60, |i| format!("{}.5", i % 59)));
+    assert!(!falls.warnings[0].contains("rises"), "{:?}", falls.warnings);
+}
+
+#[test]
+fn commas_are_decimal_marks_only_where_nothing_else_is_meant() {
+    // A sign, a point, a name or another number of columns says that the numbers are whole.
+    for text in ["1,-5,2,5,3,5\n", "1,5,2,5,3,5.5\n", "x,y,z,red,green,blue\n1,5,2,5,3,5\n", "1,5,2,5,3,5,4\n"] {
+        assert_eq!(table(text).points[0].position[0], 1.0, "{text}");
+    }
 }
 
 #[test]
@@ -178,6 +229,11 @@ fn units_in_front_of_the_points() {
     assert_eq!(unit("Exported today\nUnits: inches\nX Y Z\n1 2 3\n4 5 6\n"), Some(25.4));
     assert_eq!(unit("# GOM\n# unit = m\n# X Y Z\n1 2 3\n4 5 6\n"), Some(1000.0));
     assert_eq!(unit("# gmlc, unit: cm\nx y z\n1 2 3\n4 5 6\n"), Some(10.0));
+    let both = table("# Units: mm\nx [m],y [m],z [m]\n1,2,3\n4,5,6\n");
+    assert_eq!(both.unit, Some(1000.0));
+    let said = "line 1 states mm, and the columns are named with m in line 2: m is taken; --unit says otherwise";
+    assert_eq!(both.warnings, [said]);
+    assert!(table("# Units: m\nx [m],y [m],z [m]\n1,2,3\n").warnings.is_empty());
     for text in ["X [mil];Y [mil];Z [mil]\n1;2;3\n4;5;6\n", "Units: mil\nx y z\n1 2 3\n4 5 6\n"] {
         let found = table(text);
         assert!(
@@ -195,38 +251,4 @@ fn marks_that_may_group_thousands_are_said() {
     let with_zero = rows("643").replace("0.182", "1.182");
     assert!(says(&with_zero));
     assert!(!says(&rows("643")) && !says(&rows("643.25")) && !says(&rows("643.250")));
-}
-
-#[test]
-fn commas_that_are_both_marks_and_separators_are_refused() {
-    let rows = |row: &dyn Fn(u32) -> String| (0..60).map(row).collect::<String>();
-    let both = rows(&|i| format!("{},{:02},-{},{:02},7,{}\n", i % 7, i * 7 % 100, i % 5, i * 3 % 100, i % 10));
-    assert!(error(&both).contains("line 1: commas are decimal marks and separators at once"), "{}", error(&both));
-    // Whole millimetres with colours.
-    let colours = rows(&|i| format!("{},{},-{},{},{},0\n", i * 31 % 97, i, i % 5, i * 3 % 256, i * 5 % 256));
-    assert_eq!(table(&colours).points[1].position, [31.0, 1.0, -1.0]);
-}
-
-#[test]
-fn counts_and_times_before_coordinates() {
-    let rows = |first: &dyn Fn(u32) -> String| {
-        let row = |i: u32| format!("{} {}.5 {}.25 {}.125\n", first(i), i * 31 % 97, i * 17 % 41, i * 7 % 23);
-        table(&(0..60).map(row).collect::<String>())
-    };
-    let counted = rows(&|i| (5123 + i).to_string());
-    assert_eq!(counted.points[1].position, [31.5, 17.25, 7.125]);
-    assert!(counted.warnings[0].contains("column 1 counts the points"), "{:?}", counted.warnings);
-    let timed = rows(&|i| format!("{:.3}", 1000.0 + 0.013 * f64::from(i)));
-    assert_eq!(timed.points[1].position, [1000.013, 31.5, 17.25]);
-    assert!(timed.warnings.iter().any(|w| w.contains("column 1 rises from line to line")), "{:?}", timed.warnings);
-    let scattered = rows(&|i| format!("{}.5", i * 13 % 59));
-    assert!(!scattered.warnings.iter().any(|w| w.contains("rises")), "{:?}", scattered.warnings);
-}
-
-#[test]
-fn two_units_are_named() {
-    let found = table("# Units: mm\nx [m],y [m],z [m]\n1.5,2,3\n4,5,6\n");
-    assert_eq!(found.unit, Some(1000.0));
-    assert!(found.warnings[0].contains("line 1: the unit mm is stated"), "{:?}", found.warnings);
-    assert!(table("# Units: mm\nx [mm],y [mm],z [mm]\n1.5,2,3\n4,5,6\n").warnings.is_empty());
 }
