@@ -190,7 +190,7 @@ const SCENES: &[Case] = &[
     doubtful(
         "two copies",
         two_copies,
-        &["a piece of the scan about (36, -16, 58) mm", "fitted, another one is about (128, 19, 26) mm"],
+        &["a piece of the scan about (128, 19, 26) mm", "fitted, another one is about (36, -16, 57) mm"],
         ALL,
     ),
     doubtful("half dust", || clutter(0.5), &["likely dust, spray or clutter"], ALL),

@@ -174,8 +174,8 @@ pub(super) fn position_key(position: [f64; 3]) -> [u64; 3] {
 }
 
 /// Makes exactly equal positions one: the different ones in the order of their first occurrence, and for every position
-/// its place among them. (Nearly equal ones stay: which of them are one is not ours to guess.) Positions are equal whose
-/// keys are.
+/// its place among them. (Nearly equal ones stay: which of them are one is not ours to guess.) Positions are equal
+/// whose keys are.
 pub(super) fn merge_equal<K>(
     count: usize,
     key: impl Fn(usize) -> K + Sync,

@@ -32,8 +32,8 @@ pub struct Loaded {
     pub warnings: Vec<String>,
 }
 
-/// Reads a file without mending anything: nothing is merged, computed or turned. Triangles that are asked for of a cloud
-/// are the exception: of equal points the first is kept, and points that are in no triangle are left out.
+/// Reads a file without mending anything: nothing is merged, computed or turned. Triangles that are asked for of a
+/// cloud are the exception: of equal points the first is kept, and points that are in no triangle are left out.
 ///
 /// # Errors
 /// As [`read`](super::read), and if no triangles can be made of a cloud.

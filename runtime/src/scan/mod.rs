@@ -79,8 +79,8 @@ pub struct Scan {
     /// Standard deviation of the noise along the surface's normal, robustly estimated. Millimetres; 0 where there are
     /// too few vertices for an estimate.
     pub noise: f64,
-    /// The steps to which the coordinates are rounded in the file, by axis. Millimetres; 0 where they are finer than the
-    /// noise, or none are seen.
+    /// The steps to which the coordinates are rounded in the file, by axis. Millimetres; 0 where they are finer than
+    /// the noise, or none are seen.
     pub steps: [f64; 3],
     /// Sentences for the user about faults of the file that were put up with.
     pub warnings: Vec<String>,

@@ -12,14 +12,14 @@
 //! layer, and show no surface. Then the scan is thinned, until they reach farther than the layer is thick: the noise
 //! stays, the distances grow. Edges of triangles are of no use there, as they climb from end to end of the layer.
 //!
-//! Of a scan in sections, whose rows of points are farther apart than such a neighbourhood reaches, a vertex is predicted
-//! from its row: by a parabola in the plane in which the row is. Thinned until they are not on a line, its
+//! Of a scan in sections, whose rows of points are farther apart than such a neighbourhood reaches, a vertex is
+//! predicted from its row: by a parabola in the plane in which the row is. Thinned until they are not on a line, its
 //! neighbourhoods show the surface, and its normals.
 //!
-//! The noise is that along the normals. A scanner's own lies along its rays: at an angle of incidence a its part along the
-//! normal has the deviation s cos a, and the median over all angles is below the root mean square. A ball that is seen
-//! from all sides at angles up to 75 degrees has 0.62 s where the root mean square is 0.70 s. Rays are not known to a
-//! cloud, so that nothing is corrected for them.
+//! The noise is that along the normals. A scanner's own lies along its rays: at an angle of incidence a its part along
+//! the normal has the deviation s cos a, and the median over all angles is below the root mean square. A ball that is
+//! seen from all sides at angles up to 75 degrees has 0.62 s where the root mean square is 0.70 s. Rays are not known
+//! to a cloud, so that nothing is corrected for them.
 //!
 //! Noise that a scanner's software has smoothed over more than such a neighbourhood is underestimated.
 
@@ -147,8 +147,8 @@ fn in_row(offsets: &[DVec3], variation: &Variation) -> Option<f64> {
 }
 
 /// Distance of the origin from a function that is the sum of some terms, the first of which is 1, with the coefficients
-/// that fit `offsets` best, over the square root of its variance for unit noise. The function is along the unit `normal`,
-/// and `slope` is its slope at the origin by the coefficients.
+/// that fit `offsets` best, over the square root of its variance for unit noise. The function is along the unit
+/// `normal`, and `slope` is its slope at the origin by the coefficients.
 fn off<const N: usize>(
     offsets: &[DVec3],
     normal: DVec3,

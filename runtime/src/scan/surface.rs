@@ -39,8 +39,8 @@ const EVENNESS: f64 = 1e-4;
 /// Sine of the smallest angle of a triangle at the point that makes it.
 const LEAST_SINE: f64 = 1e-6;
 
-/// Makes triangles of a cloud and leaves out the points that are in none; returns by point whether it is in one. `sided`
-/// says whether the normals' signs are known; otherwise those of neighbours are made to agree first.
+/// Makes triangles of a cloud and leaves out the points that are in none; returns by point whether it is in one.
+/// `sided` says whether the normals' signs are known; otherwise those of neighbours are made to agree first.
 pub(super) fn triangulate(mesh: &mut TriangleMesh, attributes: &mut Attributes, sided: bool) -> Vec<bool> {
     let tree = Neighbours::new(&mesh.positions);
     if !sided {

@@ -22,8 +22,8 @@ const MOST: usize = 4_000_000;
 const VOXEL: f64 = 1.224_744_871_391_589;
 /// Longest edge of the pieces whose corners are gathered in voxels, in spacings.
 const FINENESS: f64 = 0.6;
-/// How far along the surface a vertex may be off the foot of its place on the triangles, in spacings: across the surface
-/// it is exact in any case.
+/// How far along the surface a vertex may be off the foot of its place on the triangles, in spacings: across the
+/// surface it is exact in any case.
 const ALONG: f64 = 1e-3;
 
 /// The surface of the object and of what is around it, `mesh`.
@@ -141,8 +141,8 @@ fn clustered(fine: &Pieces, voxel: f64) -> (TriangleMesh, Vec<u32>) {
     (TriangleMesh { positions, triangles, ..TriangleMesh::default() }, from)
 }
 
-/// By vertex of the pieces, the triangle whose piece about it has the largest area: in slivers no place is well defined.
-/// None where no piece has an area.
+/// By vertex of the pieces, the triangle whose piece about it has the largest area: in slivers no place is well
+/// defined. None where no piece has an area.
 fn widest(fine: &Pieces) -> Vec<Option<u32>> {
     let mut widest = vec![(0.0, None); fine.mesh.positions.len()];
     for (triangle, from) in fine.mesh.triangles.iter().zip(&fine.from) {

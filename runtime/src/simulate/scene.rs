@@ -118,9 +118,9 @@ impl<'a> Scene<'a> {
         hits.into_iter().zip(directions).map(turned).collect()
     }
 
-    /// Moves points of the object's triangles, whose numbers come with them, onto the exact surface where that is known.
-    /// Those of what is around the object, and of an object that is a mesh, stay where they are. The tolerance, in
-    /// millimetres, is that along the surface.
+    /// Moves points of the object's triangles, whose numbers come with them, onto the exact surface where that is
+    /// known. Those of what is around the object, and of an object that is a mesh, stay where they are. The tolerance,
+    /// in millimetres, is that along the surface.
     ///
     /// # Errors
     /// The model cannot be evaluated.

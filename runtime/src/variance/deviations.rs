@@ -34,9 +34,9 @@ pub struct Deviations {
     pub uncertainty: Vec<f32>,
     /// Standard deviation of the scan's noise along its normals; 0 where it is not known. Millimetres.
     pub noise: f64,
-    /// Standard deviation, along the normals, of the rounding of the scan's coordinates in the file, where that is coarse
-    /// beside the noise: a whole face may be off by it, so that no mean is free of it. The noise and the uncertainties
-    /// hold it. Millimetres.
+    /// Standard deviation, along the normals, of the rounding of the scan's coordinates in the file, where that is
+    /// coarse beside the noise: a whole face may be off by it, so that no mean is free of it. The noise and the
+    /// uncertainties hold it. Millimetres.
     pub rounding: f64,
     /// The rounding of the distances, which are computed in single precision: those that differ by less are equal.
     /// Millimetres.

@@ -1,10 +1,10 @@
-//! Residuals that depend on each other over no small part of the scan: the waves of a scanner, or a shape that the model
-//! does not have. Blocks of space of that size are few, and much of such waves is in the estimate itself and not in the
-//! residuals, so that sums over blocks say too little of them.
+//! Residuals that depend on each other over no small part of the scan: the waves of a scanner, or a shape that the
+//! model does not have. Blocks of space of that size are few, and much of such waves is in the estimate itself and not
+//! in the residuals, so that sums over blocks say too little of them.
 //!
-//! They are taken for a random field: the residuals of some points, spread over the scan, have the covariance
-//! s^2 ((1 - q) I + q K), where K falls with the distance of two points of one patch over a length L. The three follow
-//! by restricted maximum likelihood, which knows what the fit has taken up (Patterson and Thompson 1971); what the field
+//! They are taken for a random field: the residuals of some points, spread over the scan, have the covariance s^2 ((1 -
+//! q) I + q K), where K falls with the distance of two points of one patch over a length L. The three follow by
+//! restricted maximum likelihood, which knows what the fit has taken up (Patterson and Thompson 1971); what the field
 //! does to the estimate then is A (sum_ij w_i J_i s^2 q K_ij J_j w_j) A.
 
 use super::sandwich::{Uncertainty, at_least};
@@ -83,7 +83,8 @@ struct Sample {
     weights: Vec<f64>,
     /// J by the local coordinates.
     rows: DMatrix<f64>,
-    /// Columns of the coordinates that have an influence, those at bounds included: what is left for a bound is no wave.
+    /// Columns of the coordinates that have an influence, those at bounds included: what is left for a bound is no
+    /// wave.
     fitted: Vec<usize>,
     /// The sum of the weights of all points near the model over that of these.
     factor: f64,
@@ -190,8 +191,8 @@ impl Sample {
     }
 }
 
-/// The logarithm of the restricted likelihood of residuals with the covariance s^2 ((1 - q) I + q K), after a linear fit
-/// of some columns, and the likeliest s^2.
+/// The logarithm of the restricted likelihood of residuals with the covariance s^2 ((1 - q) I + q K), after a linear
+/// fit of some columns, and the likeliest s^2.
 fn restricted(
     correlations: &DMatrix<f64>,
     share: f64,
@@ -222,7 +223,8 @@ mod tests {
     use rand_chacha::ChaCha8Rng;
     use rand_distr::{Distribution, StandardNormal};
 
-    /// The mean of what lies on a square of 60 mm: white noise, and a field of which the square holds some five lengths.
+    /// The mean of what lies on a square of 60 mm: white noise, and a field of which the square holds some five
+    /// lengths.
     #[test]
     fn the_error_of_a_mean_is_that_of_the_field_which_its_residuals_show() {
         let mut random = ChaCha8Rng::seed_from_u64(7);

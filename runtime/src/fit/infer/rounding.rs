@@ -3,9 +3,9 @@
 //!
 //! Rounding of a coordinate c to steps of s adds the sawtooth sum_m (-1)^m s / (pi m) sin(2 pi m c / s), which moves
 //! the estimate by A sum_i w J n e(c) over the points, to first order. How c lies to the steps is not known, as it is
-//! what was rounded, so every face that looks along an axis, to one side, has any phase: the mean square of the error is
-//! the sum over faces and m of s^2 / (2 pi^2 m^2) |A sum_i w J n exp(2 pi i m c / s)|^2. The sum over the points of a
-//! curved or inclined face goes to zero by itself, where c passes through many steps.
+//! what was rounded, so every face that looks along an axis, to one side, has any phase: the mean square of the error
+//! is the sum over faces and m of s^2 / (2 pi^2 m^2) |A sum_i w J n exp(2 pi i m c / s)|^2. The sum over the points of
+//! a curved or inclined face goes to zero by itself, where c passes through many steps.
 
 use super::sandwich::Uncertainty;
 use crate::fit::problem::objective::Objective;

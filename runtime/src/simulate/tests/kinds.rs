@@ -127,8 +127,9 @@ fn a_hand_held_scan_has_a_point_a_squared_spacing() {
     }
 }
 
-/// Noise is along the rays, which meet the surface at all angles up to the largest. Of rays from two radii that are even
-/// over the ball's silhouette the median of |c x|, c the cosine and x normal, times 1.4826 is 0.62 (found by drawing them).
+/// Noise is along the rays, which meet the surface at all angles up to the largest. Of rays from two radii that are
+/// even over the ball's silhouette the median of |c x|, c the cosine and x normal, times 1.4826 is 0.62 (found by
+/// drawing them).
 #[test]
 fn the_noise_of_a_scan_by_hand_is_estimated_along_the_normals() {
     for noise in [0.4, 0.8, 1.6] {

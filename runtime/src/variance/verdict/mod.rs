@@ -91,8 +91,8 @@ pub struct Verdict {
     /// Standard uncertainty of `value`: the root of the sum of the squares of the next three. Millimetres.
     #[serde(deserialize_with = "null_as_nan")]
     pub uncertainty: f64,
-    /// The part of the scan's noise, averaged over the footprint, and of the coarse rounding of its coordinates, which is
-    /// not. Millimetres.
+    /// The part of the scan's noise, averaged over the footprint, and of the coarse rounding of its coordinates, which
+    /// is not. Millimetres.
     #[serde(deserialize_with = "null_as_nan")]
     pub noise: f64,
     /// The part of the fit: standard deviation of the surface along its normal there. Millimetres.
