@@ -232,7 +232,8 @@ mod tests {
             let distribution = Normal::new(33.0, noise).unwrap();
             let mut cloud = TriangleMesh::default();
             for k in 0..20 * 830 {
-                let (angle, r): (f64, f64) = (f64::from(k % 830) / 830.0 * 6.2832, distribution.sample(&mut random));
+                let (angle, r): (f64, f64) =
+                    (f64::from(k % 830) / 830.0 * std::f64::consts::TAU, distribution.sample(&mut random));
                 cloud.positions.push([r * angle.cos(), r * angle.sin(), f64::from(k / 830) * 5.0]);
             }
             let Noise { deviation, one_in, in_rows, .. } = estimate(&cloud, false);

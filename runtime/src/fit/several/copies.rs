@@ -288,7 +288,7 @@ mod tests {
 
     #[test]
     fn other_measurements_are_not_copies() {
-        let [first, second] = [1, 2].map(|seed| along_rays(seed));
+        let [first, second] = [1, 2].map(along_rays);
         for step in [1e-6, 0.001, 0.01, 0.1] {
             let [first, second] = [&first, &second].map(|points| rounded(points, step));
             assert_eq!(copied(&scan(first.clone()), &scan(second.clone())), None, "{step}");
