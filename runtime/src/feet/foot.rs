@@ -110,11 +110,15 @@ impl Search<'_> {
             return true;
         }
         let within = self.domain.pieces(iteration.crossed.unwrap_or(iteration.home));
-        let second = [s.duu, s.duv, s.dvv].map(|d| r.dot(DVec3::from_array(d)));
-        let (step, gain) =
-            newton(iteration.trial, within, [r.dot(du), r.dot(dv)], [du.dot(du), du.dot(dv), dv.dot(dv)], second);
+        let second = [s.duu, s.duv, s.dvv].map(DVec3::from_array);
+        let (gradient, metric) = ([r.dot(du), r.dot(dv)], [du.dot(du), du.dot(dv), dv.dot(dv)]);
+        let (mut step, gain) = newton(iteration.trial, within, gradient, metric, second.map(|d| r.dot(d)));
         // `gain` is the predicted decrease of d^2; below rounding nothing is gained.
-        let rests = gain <= (self.tolerance * self.tolerance).max(1e-16 * d2);
+        let least = (self.tolerance * self.tolerance).max(1e-16 * d2);
+        let bend = off_saddle(iteration.trial, within, gradient, metric, r, second, gain.max(least));
+        let rests = gain <= least && bend.is_none();
+        let is_newton = bend.is_none();
+        step = bend.unwrap_or(step);
         if let Some(numbers) = iteration.crossed {
             if rests && d2 + rounding >= foot.d2 {
                 return self.cross(iteration, foot);
@@ -125,7 +129,8 @@ impl Search<'_> {
         if rests {
             return self.cross(iteration, foot);
         }
-        if let Some(there) = finish(iteration.trial, step, s, q, within, self.tolerance)
+        if is_newton
+            && let Some(there) = finish(iteration.trial, step, s, q, within, self.tolerance)
             && !self.is_at_break(iteration.home, there.uv)
         {
             if there.d2 < foot.d2 {
@@ -200,12 +205,15 @@ fn finish(
         let here = point + du * a + dv * b + duu * (0.5 * a * a) + duv * (a * b) + dvv * (0.5 * b * b);
         let (du, dv) = (du + duu * a + duv * b, dv + duv * a + dvv * b);
         let r = here - q;
-        let second = [duu, duv, dvv].map(|d| r.dot(d));
+        let (gradient, metric) = ([r.dot(du), r.dot(dv)], [du.dot(du), du.dot(dv), dv.dot(dv)]);
+        let second = [duu, duv, dvv];
         let at = [uv[0] + a, uv[1] + b];
-        let (next, gain) = newton(at, within, [r.dot(du), r.dot(dv)], [du.dot(du), du.dot(dv), dv.dot(dv)], second);
+        let (next, gain) = newton(at, within, gradient, metric, second.map(|d| r.dot(d)));
         let d2 = r.length_squared();
-        if gain <= (tolerance * tolerance).max(1e-16 * d2) {
-            return Some(Foot { uv: stepped(uv, walked, within), point: here, normal: du.cross(dv), d2 });
+        let least = (tolerance * tolerance).max(1e-16 * d2);
+        if gain <= least {
+            let rests = off_saddle(at, within, gradient, metric, r, second, least).is_none();
+            return rests.then(|| Foot { uv: stepped(uv, walked, within), point: here, normal: du.cross(dv), d2 });
         }
         step = next;
     }
@@ -264,4 +272,41 @@ fn newton(uv: [f64; 2], within: [Stretch; 2], g: [f64; 2], metric: [f64; 3], ben
     let linear = g[0] * step[0] + g[1] * step[1];
     let quadratic = h[0] * step[0] * step[0] + 2.0 * h[1] * step[0] * step[1] + h[2] * step[1] * step[1];
     (step, -(2.0 * linear + quadratic))
+}
+
+/// The step away from where the squared distance is stationary but not least: about an edge at which the surface turns
+/// back (dS/dv vanishes) neither the gradient nor the metric says how far to go, but the second derivatives do. None
+/// where they do not promise to lower the squared distance by more than `least`. `r` is S - q.
+fn off_saddle(
+    uv: [f64; 2],
+    within: [Stretch; 2],
+    g: [f64; 2],
+    metric: [f64; 3],
+    r: DVec3,
+    second: [DVec3; 3],
+    least: f64,
+) -> Option<[f64; 2]> {
+    let [a, b, c] = [0, 1, 2].map(|k| metric[k] + r.dot(second[k]));
+    let lowest = 0.5 * (a + c) - (0.25 * (a - c) * (a - c) + b * b).sqrt();
+    if !(lowest < 0.0) {
+        return None;
+    }
+    // Its eigenvector, of two parallel expressions the longer one.
+    let (one, other) = ([b, lowest - a], [lowest - c, b]);
+    let squared = |p: [f64; 2]| p[0] * p[0] + p[1] * p[1];
+    let p = if squared(one) > squared(other) { one } else { other };
+    let bend = |p: [f64; 2]| second[0] * (p[0] * p[0]) + second[1] * (2.0 * p[0] * p[1]) + second[2] * (p[1] * p[1]);
+    // |r + bend w^2 / 2|^2 has its least value where w^2 is -2 lowest |p|^2 / |bend|^2.
+    let w = (-2.0 * lowest * squared(p)).sqrt() / bend(p).length();
+    let limited = |k: usize, step: f64| {
+        if within[k].wraps { step.clamp(-SEAM_STEP, SEAM_STEP) } else { within[k].clamp(uv[k] + step) - uv[k] }
+    };
+    let gain = |s: [f64; 2]| {
+        let linear = 2.0 * (g[0] * s[0] + g[1] * s[1]);
+        let quadratic = a * s[0] * s[0] + 2.0 * b * s[0] * s[1] + c * s[1] * s[1];
+        -(linear + quadratic + 0.25 * bend(s).length_squared())
+    };
+    let ways = [w, -w].map(|w| [limited(0, w * p[0]), limited(1, w * p[1])]);
+    let best = if gain(ways[0]) >= gain(ways[1]) { ways[0] } else { ways[1] };
+    (gain(best) > least).then_some(best)
 }

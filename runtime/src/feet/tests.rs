@@ -1,9 +1,11 @@
 //! Signed distances against closed formulas, and those from a mesh against all of its triangles.
 
+use super::domain::Domain;
+use super::foot::foot_points;
 use super::signed::{ExactSurface, MeshSurface, Place, Target, layout_for};
 use crate::bvh::Bvh;
 use crate::mesh::TriangleMesh;
-use crate::model::{Closedness, Fineness, Instance, Model, Motion, Tessellation, Winding};
+use crate::model::{Breaks, Closedness, Fineness, Instance, Model, Motion, Tessellation, Winding};
 use glam::{DVec2, DVec3};
 use gml_compiler::program::{Options, Program, compile};
 use gml_compiler::source::{NoFiles, SourceFile};
@@ -115,5 +117,40 @@ fn distances_from_a_mesh_are_those_from_all_of_its_triangles() {
     for (p, foot) in points.iter().zip(target.feet(&places(&points), 100.0)) {
         let (found, truth) = (foot.expect("it is near").distance, by_all(&mesh, *p));
         assert!((found - truth).abs() < 1e-9, "at {p}: {found}, not {truth}");
+    }
+}
+
+/// Of a plane, the land between two holes of 14 mm diameter on a circle of 62 mm radius, 60 degrees apart: towards its
+/// ends in v the radius is stationary.
+const LAND: &str = "model m {
+    fn land(u: real, v: real) {
+      let a = mix(-90deg, 90deg, v)
+      let (along, out) = (7mm * cos(a), 62mm + 7mm * sin(a))
+      let edge = atan2(along, out)
+      polar(hypot(along, out), mix(edge, 60deg - edge, u))
+    }
+    part land = land }";
+
+#[test]
+fn a_foot_is_found_from_about_an_edge_where_the_distance_is_stationary() {
+    let program = compiled(LAND);
+    let instance = Model::instantiate(&program, &[]).expect("it exists");
+    let domain = Domain::new(&Breaks::default());
+    let (height, tolerance) = (0.1, 3e-5);
+    for below in [1e-3, 0.01, 0.03, 0.1, 0.3, 1.0] {
+        for tenth in 2..9 {
+            let share = 0.1 * f64::from(tenth);
+            let (sin, cos) = (60.0 * share).to_radians().sin_cos();
+            for (radius, edge) in [(69.0 - below, 1.0), (55.0 + below, 0.0)] {
+                let q = DVec3::new(radius * cos, radius * sin, height);
+                for (aside, off) in [(0.0, 0.0), (0.02, 0.0), (-0.02, 1e-6), (0.01, 0.003), (0.02, 0.05)] {
+                    let start = [share + aside, f64::abs(edge - off)];
+                    let foot = foot_points(&*instance, 0, &domain, &[q], &[start], tolerance).expect("it exists")[0];
+                    // A distance is wrong by the square of the foot's error over twice the distance.
+                    let error = foot.d2.sqrt() - height;
+                    assert!(error.abs() < 1e-7, "{below} {start:?}: {error}, {foot:?}");
+                }
+            }
+        }
     }
 }

@@ -1,5 +1,6 @@
 //! The problem that a fit solves: a model, a scan and its noise, the parameterization of estimates, and the objective.
 
+mod contested;
 pub(crate) mod coverage;
 pub(crate) mod extent;
 pub(crate) mod free_space;

@@ -247,10 +247,16 @@ impl Objective<'_> {
 
     /// The foot points of the points within the cut-off, with the points' indices.
     pub(crate) fn feet(&self, placed: &Placed) -> Vec<(usize, Foot)> {
+        self.feet_on_patches(placed).into_iter().map(|(_, point, foot)| (point, foot)).collect()
+    }
+
+    /// The same after the patches on which they lie.
+    pub(crate) fn feet_on_patches(&self, placed: &Placed) -> Vec<(usize, usize, Foot)> {
         let mut cache = self.follow(placed);
         let chunks = self.chunks(cache.as_deref_mut()).into_par_iter();
         let matched = chunks.flat_map_iter(|mut chunk| self.matched(placed, &mut chunk));
-        matched.flat_map_iter(|m| m.points.into_iter().map(|p| p.index).zip(m.feet)).collect()
+        let of_patch = |m: Matched| m.points.into_iter().zip(m.feet).map(move |(p, foot)| (m.patch, p.index, foot));
+        matched.flat_map_iter(of_patch).collect()
     }
 
     /// The points that have a facet within the cut-off, with the patches to which they belong.
@@ -302,8 +308,9 @@ impl Objective<'_> {
     /// The points of a chunk that have a foot within the cut-off, patch by patch.
     pub(crate) fn matched(&self, placed: &Placed, chunk: &mut Chunk) -> Vec<Matched> {
         let correspondences = self.correspondences(placed, chunk);
-        let matched = self.with_feet(placed, &correspondences);
+        let mut matched = self.with_feet(placed, &correspondences);
         if let Some(cache) = &mut chunk.cache {
+            self.decide_contested(placed, chunk.range.start, cache, &mut matched);
             for (point, foot) in matched.iter().flat_map(|m| m.points.iter().zip(&m.feet)) {
                 cache.known[point.index - chunk.range.start].uv = foot.uv;
             }
@@ -371,7 +378,7 @@ impl Objective<'_> {
     }
 
     /// The orientation of facets that may belong to a point with this normal; None where normals are not used.
-    fn facing(&self, normal: DVec3) -> Option<Facing<'_>> {
+    pub(super) fn facing(&self, normal: DVec3) -> Option<Facing<'_>> {
         let signs = self.signs.filter(|_| !self.points.normal.is_empty())?;
         Some(Facing { normal, signs })
     }

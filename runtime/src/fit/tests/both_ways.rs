@@ -220,7 +220,7 @@ fn half_of_an_object_is_found() {
 fn a_hidden_end_has_alternatives_that_the_intervals_hold() {
     let cup = cup();
     let truth = shaped([3.4, 43.3, 133.2, 0.906, 1.906, 0.95, 1.911, 0.2, 0.646]);
-    for seed in [20, 40] {
+    for seed in [20, 21] {
         let scanner = Scanner { random_pose: false, ..scanner(1.5, 0.2, seed) };
         let upper = scanned(&cup, &truth, &scanner, |p| p.z > 53.0);
         let result = fit(&cup, &upper, &FitOptions::default(), &Silent).unwrap();
