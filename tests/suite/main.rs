@@ -26,6 +26,7 @@ mod limits;
 mod messages;
 mod nist;
 mod options;
+mod pipe;
 mod prose;
 mod repl;
 #[cfg(unix)]
@@ -38,6 +39,7 @@ mod several;
 #[cfg(unix)]
 mod signals;
 mod support;
+mod uneven;
 mod unsound;
 mod variance;
 mod verdicts;

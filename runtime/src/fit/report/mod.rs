@@ -82,7 +82,9 @@ pub(crate) fn result(inference: Inference, residuals: Option<&[Residual]>, near:
         ));
     }
     let rms = solution.evaluation.rms();
-    warnings::of_pattern(problem, residuals, rms);
+    if let Some(residuals) = residuals {
+        warnings::of_residuals(problem, residuals);
+    }
     let interrupted = monitor.cancelled();
     if interrupted {
         monitor.warn("interrupted: this is the best that was found until then, not a finished fit");

@@ -1,6 +1,6 @@
 //! Sentences of warning about a solution.
 
-use crate::fit::infer::misfit::{self, Residual};
+use crate::fit::infer::misfit::{self, Lopsided, Pattern, Residual};
 use crate::fit::infer::sandwich::Uncertainty;
 use crate::fit::problem::Problem;
 use crate::fit::problem::level::Level;
@@ -9,23 +9,42 @@ use crate::fit::refine::mixed::{self, Mixed};
 use crate::fit::refine::schedule::Solution;
 use crate::fit::result::FittedParameter;
 use crate::fit::room::{shown, shown_to};
-use crate::fit::tuning::{BIASED, FOREIGN_RADIUS, HARDLY_ANY_POINTS, HARDLY_DETERMINED, LEAST_PATTERN};
+use crate::fit::tuning::{
+    BIASED, FOREIGN_RADIUS, HARDLY_ANY_POINTS, HARDLY_DETERMINED, LEAST_PATTERN, LOPSIDED_NAMED, SETTLED_ROUNDING,
+};
 use gml_compiler::program::Part;
 
-/// Warns where the residuals, `rms` (millimetres) in all, have a pattern that is not noise.
-pub(super) fn of_pattern(problem: &Problem, residuals: Option<&[Residual]>, rms: f64) {
-    let Some(correlation) = residuals.and_then(misfit::correlation) else { return };
-    let pattern = rms * correlation.sqrt();
-    if pattern < LEAST_PATTERN * problem.radius {
-        return;
+/// Warns where the residuals have a pattern that is not noise, or are noise with a tail on one side.
+pub(super) fn of_residuals(problem: &Problem, residuals: &[Residual]) {
+    match misfit::pattern(residuals).filter(|pattern| pattern.size() >= LEAST_PATTERN * problem.radius) {
+        Some(pattern) => of_pattern(problem, pattern),
+        None => of_tails(problem, &misfit::lopsided(residuals, SETTLED_ROUNDING * problem.radius)),
     }
-    let failed = if pattern > FOREIGN_RADIUS * problem.radius {
+}
+
+fn of_pattern(problem: &Problem, pattern: Pattern) {
+    let failed = if pattern.size() > FOREIGN_RADIUS * problem.radius {
         ": no model of this family has it, or the fit has failed"
     } else {
         ""
     };
+    let (Pattern { correlation, rms }, size) = (pattern, pattern.size());
     problem.monitor.warn(format!(
-        "the model does not have the scan's shape{failed}: of the {rms:.3} mm (root mean square) by which what lies near it is off, {pattern:.3} mm are a pattern and no noise (correlation of neighbours {correlation:.2})"
+        "the model does not have the scan's shape{failed}: of the {rms:.3} mm (root mean square) by which what lies near it is off, {size:.3} mm are a pattern and no noise (correlation of neighbours {correlation:.2})"
+    ));
+}
+
+fn of_tails(problem: &Problem, lopsided: &[Lopsided]) {
+    let Some(farthest) = lopsided.first() else { return };
+    let name = |one: &Lopsided| format!("`{}`", problem.model.parts()[one.patch].name);
+    let mut names: Vec<String> = lopsided.iter().take(LOPSIDED_NAMED).map(name).collect();
+    if lopsided.len() > names.len() {
+        names.push(format!("{} more parts", lopsided.len() - names.len()));
+    }
+    problem.monitor.warn(format!(
+        "the residuals of {} have a tail on one side, as dust, burrs and the edges of a beam leave it: most points lie up to {:.3} mm beside the fitted surface, on its other side, and values may be off by that, whatever their standard deviations",
+        names.join(", "),
+        farthest.shift.abs(),
     ));
 }
 

@@ -42,6 +42,9 @@ const LARGEST_SHARE: f64 = 0.01;
 /// of three points, and so a quarter of such a footprint, which its median does not notice.
 const FEWEST_POINTS: f64 = 12.0;
 
+/// How many times as large as others such a footprint may become: beyond that it is no place any more.
+const WIDEST: f64 = 100.0;
+
 /// Where the user has chosen footprints so wide that a part has fewer, they are no places of it any more.
 const FEWEST_FOOTPRINTS: usize = 4;
 
@@ -173,17 +176,21 @@ impl Grounds<'_> {
         let mut assessed = self.by_footprints(part, texels, tolerance, area);
         let points = assessed.verdict.points;
         let is_chosen = self.options.footprint.is_some();
-        if !is_chosen && assessed.verdict.outcome == Outcome::DoesNotConform && points < FEWEST_POINTS {
+        let outcome = assessed.verdict.outcome;
+        if !is_chosen && outcome != Outcome::Conforms && points < FEWEST_POINTS {
             let mut texels: Vec<u32> = assessed.footprints.iter().flat_map(|f| &f.texels).copied().collect();
             texels.sort_unstable();
-            let wide = FEWEST_POINTS / self.density(&texels, SAMPLES * SAMPLES);
+            // By the density where it was decided: elsewhere the scan may be a hundred times denser.
+            let wide = area * FEWEST_POINTS / points.max(FEWEST_POINTS / WIDEST);
             let wider = self.by_footprints(part, texels, tolerance, wide);
             if wider.verdict.outcome == Outcome::DoesNotConform {
                 return wider;
             }
-            assessed.verdict.doubt(format!(
-                "what decides has {points:.2} points of the scan, and is within the tolerance with its neighbours"
-            ));
+            if outcome == Outcome::DoesNotConform {
+                assessed.verdict.doubt(format!(
+                    "what decides has {points:.2} points of the scan, and is within the tolerance with its neighbours"
+                ));
+            }
         }
         if assessed.verdict.outcome == Outcome::Conforms {
             self.unseen(statistics, area).into_iter().for_each(|reason| assessed.verdict.doubt(reason));
