@@ -94,9 +94,10 @@ impl Kinds {
 impl Reader<'_> {
     pub(super) fn read_vertices(&mut self, element: &Element) -> Result<(), ScanFault> {
         let slots = slots(element);
-        let unread = element.properties.iter().zip(&slots).filter(|(_, slot)| slot.is_none());
-        self.raw.ignored.extend(unread.map(|(property, _)| property.name.to_owned()));
         let kinds = Kinds::of(element, &slots);
+        let no_colour = |slot: usize| kinds.colours.is_none() && (RED..RED + 3).contains(&slot);
+        let unread = element.properties.iter().zip(&slots).filter(|(_, slot)| slot.is_none_or(no_colour));
+        self.raw.ignored.extend(unread.map(|(property, _)| property.name.to_owned()));
         let mut colours = Vec::new();
         if !self.read_plain_vertices(element, &slots, kinds, &mut colours) {
             self.read_rows(element, 1, |reader, _, _, row| {

@@ -88,9 +88,14 @@ impl Layout {
                 Self::of_fit(&fit).map_err(|fault| Refused { fault, has_points })
             }
             None => {
-                let is_remark = |line: &&Line<'_>| !DIALECTS[0].is_comment(line.1);
-                let (number, line) = lines.iter().find(is_remark).or(lines.first()).copied().unwrap_or((1, b""));
-                let message = format!("expected points, at least three numbers in a line, found `{}`", show(line));
+                let is_content = |line: &&Line<'_>| !DIALECTS[0].is_comment(line.1);
+                // A line of names is not what is wrong.
+                let with_digits = |line: &&Line<'_>| is_content(line) && line.1.iter().any(u8::is_ascii_digit);
+                let found = lines.iter().find(with_digits).or(lines.iter().find(is_content)).or(lines.first());
+                let (number, line) = found.copied().unwrap_or((1, b""));
+                let hint = if has_grouped_digits(line) { " (write thousands without separators)" } else { "" };
+                let message =
+                    format!("expected points, at least three numbers in a line, found `{}`{hint}", show(line));
                 Err(Refused { fault: fault(number, message), has_points: false })
             }
         }
@@ -234,6 +239,15 @@ fn find_names(
         }
     }
     Ok((None, None))
+}
+
+/// Whether a line has digits in groups of thousands, in quotes: `"1,234.5"`.
+fn has_grouped_digits(line: &[u8]) -> bool {
+    let is_group = |w: &[u8]| {
+        let [before, mark, digits @ ..] = w else { return false };
+        before.is_ascii_digit() && matches!(mark, b',' | b'.' | b'\'' | b' ') && digits.iter().all(u8::is_ascii_digit)
+    };
+    line.contains(&b'"') && line.windows(5).any(is_group)
 }
 
 pub(super) fn fault(line: u64, message: String) -> ScanFault {

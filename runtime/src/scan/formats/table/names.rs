@@ -25,8 +25,36 @@ impl Columns {
 
 /// Names of coordinates without blanks, signs and units; the earlier ones are better.
 const POSITION: [&[&str]; 3] = [
-    &["x", "xcoordinate", "xcoord", "coordx", "coordinatex", "posx", "positionx", "px", "points0", "easting", "east"],
-    &["y", "ycoordinate", "ycoord", "coordy", "coordinatey", "posy", "positiony", "py", "points1", "northing", "north"],
+    &[
+        "x",
+        "xcoordinate",
+        "xcoord",
+        "coordx",
+        "coordinatex",
+        "posx",
+        "positionx",
+        "px",
+        "points0",
+        "easting",
+        "east",
+        "rechtswert",
+        "ostwert",
+    ],
+    &[
+        "y",
+        "ycoordinate",
+        "ycoord",
+        "coordy",
+        "coordinatey",
+        "posy",
+        "positiony",
+        "py",
+        "points1",
+        "northing",
+        "north",
+        "hochwert",
+        "nordwert",
+    ],
     &[
         "z",
         "zcoordinate",
@@ -40,6 +68,8 @@ const POSITION: [&[&str]; 3] = [
         "elevation",
         "height",
         "altitude",
+        "höhe",
+        "hoehe",
     ],
 ];
 const NORMAL: [&[&str]; 3] = [

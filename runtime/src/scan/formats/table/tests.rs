@@ -129,7 +129,12 @@ fn rows_that_do_not_fit_are_named() {
         ("7,,8\n1,2,3\n4,5,6\n", "line 1: expected three numbers as in line 2, found `7,,8`"),
         ("1,5,2,5,3,5\n4,25,5,5,6,125\n", "line 1: 6 whole numbers, or 3 with decimal commas?"),
         ("3\nx y z\n1 2 3\n4 5 6\n", "line 1: the line announces 3 points, 2 follow"),
-        ("a,b\n1,2\n3,4\n", "line 1: expected points, at least three numbers in a line, found `a,b`"),
+        ("a,b\n1,2\n3,4\n", "line 2: expected points, at least three numbers in a line, found `1,2`"),
+        (
+            "x,y,z\n\"1,001.5\",\"2.5\",\"3.5\"\n\"1,002.5\",\"2.5\",\"3.5\"\n",
+            "line 2: expected points, at least three numbers in a line, found `\"1,001.5\",\"2.5\",\"3.5\"` (write \
+             thousands without separators)",
+        ),
         ("x y z\n", "line 1: expected points"),
     ];
     for (text, expected) in cases {
