@@ -6,7 +6,8 @@ use crate::progress::TerminalProgress;
 use crate::{fit, info, outputs};
 use gml_compiler::number::plain;
 use gml_runtime::export::scan::{Recorded, ScanFormat};
-use gml_runtime::scan::{self, Loaded, Unit};
+use gml_runtime::mesh::TriangleMesh;
+use gml_runtime::scan::{self, Attributes, Loaded, Unit};
 use serde_json::json;
 use std::path::Path;
 
@@ -56,20 +57,7 @@ pub(crate) fn run(args: &ConvertArgs) -> Result<(), CommandError> {
 /// What of a scan is not in the new file.
 fn lost(loaded: &Loaded, format: ScanFormat, unit: Unit) -> Vec<String> {
     let Loaded { mesh, attributes, ignored, .. } = loaded;
-    let can = format.holds(mesh);
-    let kinds = [
-        (!mesh.triangles.is_empty() && format.is_of_points(), "triangles"),
-        (!mesh.normals.is_empty() && !can.normals, "normals"),
-        (!attributes.colours.is_empty() && !can.colours, "colours"),
-        (!attributes.intensities.is_empty() && !can.intensities, "intensities"),
-        (!attributes.stations.places.is_empty() && !can.stations, "places of the scanner"),
-        (!mesh.texcoords.is_empty() && !can.texcoords, "texture coordinates"),
-    ];
-    let lost: Vec<&str> = kinds.iter().filter(|(is_lost, _)| *is_lost).map(|(_, kind)| *kind).collect();
-    let mut sentences = Vec::new();
-    if !lost.is_empty() {
-        sentences.push(format!("the format has no {}: they are left out", lost.join(", no ")));
-    }
+    let mut sentences: Vec<String> = without(format, mesh, attributes).into_iter().collect();
     if !ignored.is_empty() {
         sentences.push(format!("gmlc does not read, and leaves out: {}", ignored.join(", ")));
     }
@@ -80,6 +68,22 @@ fn lost(loaded: &Loaded, format: ScanFormat, unit: Unit) -> Vec<String> {
         sentences.push(format!("the format cannot say that the unit is {unit}: read it with --unit {unit}"));
     }
     sentences
+}
+
+/// A sentence on the data of a scan for which a file of a format has no room.
+fn without(format: ScanFormat, mesh: &TriangleMesh, attributes: &Attributes) -> Option<String> {
+    let can = format.holds(mesh, attributes);
+    let stations = attributes.stations.places.len();
+    let kinds = [
+        (!mesh.triangles.is_empty() && format.is_of_points(), "triangles"),
+        (!mesh.normals.is_empty() && !can.normals, "normals"),
+        (!attributes.colours.is_empty() && !can.colours, "colours"),
+        (!attributes.intensities.is_empty() && !can.intensities, "intensities"),
+        (stations > 0 && !can.stations, if stations > 1 { "places of the scanner" } else { "place of the scanner" }),
+        (!mesh.texcoords.is_empty() && !can.texcoords, "texture coordinates"),
+    ];
+    let lost: Vec<&str> = kinds.iter().filter(|(is_lost, _)| *is_lost).map(|(_, kind)| *kind).collect();
+    (!lost.is_empty()).then(|| format!("the format has no room for {}: they are left out", lost.join(", ")))
 }
 
 /// A sentence on coordinates that the new file has rounded by up to a length in mm.

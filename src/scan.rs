@@ -159,6 +159,13 @@ fn write(
     if let Some(warning) = other_unit(args.unit, format) {
         eprintln!("warning: {}: {warning}", args.output.display());
     }
+    if !attributes.stations.places.is_empty() && !format.holds(mesh, attributes).stations {
+        eprintln!(
+            "warning: {}: the format has no room for the places of the scanner, which tell the outer side of a surface: \
+             they are left out; .e57 and .ptx have it",
+            args.output.display()
+        );
+    }
     let mut file = TruthFile { scanned, output: None, scan: truth };
     if let Some(path) = &args.truth {
         outputs::write_json(path, &file)?;

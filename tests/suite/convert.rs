@@ -1,6 +1,6 @@
 //! `gmlc convert`: what it makes of a cloud on request.
 
-use crate::support::{fails, gmlc, gmlc_in, text};
+use crate::support::{example, fails, gmlc, gmlc_in, text};
 use serde_json::Value;
 use std::fmt::Write;
 
@@ -60,4 +60,27 @@ fn rounding_far_from_the_origin_is_said() {
         let said = text(&gmlc_in(at, &["convert", "far.obj", "-o", kept]).stderr);
         assert!(!said.contains("rounds coordinates"), "{said}");
     }
+}
+
+/// PCD has room for one place of the scanner, PLY for none, E57 for all.
+#[test]
+fn places_of_the_scanner_are_not_lost_silently() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    let can = example("can/can.gml");
+    let lost = "places of the scanner";
+    let scanned = |name: &str, stations: &str| {
+        let kind = ["--scanner", "panorama", "--stations", stations, "--spacing", "8mm", "-o", name];
+        text(&gmlc_in(at, &[&["scan", &can][..], &kind].concat()).stderr)
+    };
+    assert!(!scanned("two.e57", "2").contains(lost) && !scanned("one.pcd", "1").contains(lost));
+    assert!(scanned("two.pcd", "2").contains(lost) && scanned("one.ply", "1").contains(lost));
+    for (name, is_lost) in [("two.ptx", false), ("again.e57", false), ("again.pcd", true), ("again.ply", true)] {
+        let output = gmlc_in(at, &["convert", "two.e57", "-o", name]);
+        let said = text(&output.stderr);
+        assert!(output.status.success() && said.contains(lost) == is_lost, "{name}: {said}");
+    }
+    let info = |name: &str| gmlc(at, &["info", name]);
+    assert!(info("one.pcd").contains("the scanner's places"), "{}", info("one.pcd"));
+    assert!(info("two.ptx").contains("scanner at"), "{}", info("two.ptx"));
 }

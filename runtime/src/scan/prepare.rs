@@ -168,7 +168,11 @@ fn settle_normals(mesh: &mut TriangleMesh, oriented: &mut bool, given: bool, war
         mesh.normals = normals;
         if *oriented && !sided {
             *oriented = false;
-            let what = if given { "normals of the file" } else { "triangles" };
+            let what = match (given, mesh.triangles.is_empty()) {
+                (true, _) => "normals of the file",
+                (false, true) => "normals that were turned towards the scanner's places",
+                (false, false) => "triangles",
+            };
             warnings.push(format!(
                 "the {what} face any way: they are ignored, and a point belongs to the nearest surface, whichever way it faces"
             ));

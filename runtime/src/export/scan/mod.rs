@@ -165,9 +165,9 @@ impl ScanFormat {
         matches!(self, Self::Las | Self::Laz) && las::spreads(intensities)
     }
 
-    /// The data of a mesh that a file of the format has room for, beside positions and triangles.
+    /// The data of a scan that a file of the format has room for, beside positions and triangles.
     #[must_use]
-    pub fn holds(self, mesh: &TriangleMesh) -> Holds {
+    pub fn holds(self, mesh: &TriangleMesh, attributes: &Attributes) -> Holds {
         let all = Holds { normals: true, colours: true, intensities: true, stations: true, texcoords: false };
         match self {
             Self::Mesh(MeshFormat::Ply) => {
@@ -180,7 +180,9 @@ impl ScanFormat {
             Self::Glb => Holds { normals: true, colours: true, ..Holds::default() },
             Self::Ptx => Holds { normals: false, ..all },
             Self::Las | Self::Laz | Self::Pts => Holds { normals: false, stations: false, ..all },
-            Self::E57 | Self::Pcd => all,
+            Self::E57 => all,
+            // A file has one viewpoint.
+            Self::Pcd => Holds { stations: attributes.stations.places.len() <= 1, ..all },
             Self::Xyz => Holds { stations: false, ..all },
         }
     }
