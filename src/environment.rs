@@ -4,7 +4,7 @@
 /// card is its own, also where none is to be drawn to. gmlc chooses the card itself.
 ///
 /// Called first of all in `main`.
-pub(crate) fn without_display() {
+pub fn without_display() {
     let is_set = |name: &str| std::env::var_os(name).is_some();
     // With a display, or a card that the user has chosen, the layer has its use.
     if is_set("XDG_RUNTIME_DIR") || is_set("MESA_VK_DEVICE_SELECT") {

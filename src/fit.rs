@@ -12,6 +12,7 @@ use gml_runtime::fit::{
     self, Agreement, Bootstrap, FitError, FitOptions, FitResult, FittedScan, HypothesisTest, InputValues,
     PoseCovariance, SearchError, WithoutSd,
 };
+use gml_runtime::progress::Progress;
 use gml_runtime::scan::{self, Scan, ScanError, ScanFault};
 use std::path::Path;
 
@@ -35,7 +36,9 @@ pub(crate) fn run(args: &FitArgs) -> Result<(), CommandError> {
     let _grace = interrupt::grace();
     let progress = TerminalProgress::new();
     let fitting = Fitting { subject: &subject, controls: &args.controls, search: &args.search, scans: &scans };
-    let Fitted { mut result, scan, .. } = fitting.run(&options, &progress)?;
+    let fitted = fitting.run(&options, &progress);
+    progress.finish();
+    let Fitted { mut result, scan, .. } = fitted?;
     result.warnings.extend(scan.as_ref().unwrap_or(&scans[0]).warnings.iter().cloned());
     result.provenance = Some(record);
     outputs::make_parents(args.output.iter().chain(&args.controls.trace))?;
@@ -73,8 +76,8 @@ pub(crate) struct Fitted {
 }
 
 impl Fitting<'_> {
-    /// Fits with progress on a terminal.
-    pub(crate) fn run(&self, options: &FitOptions, progress: &TerminalProgress) -> Result<Fitted, CommandError> {
+    /// Fits.
+    pub(crate) fn run(&self, options: &FitOptions, progress: &dyn Progress) -> Result<Fitted, CommandError> {
         let Subject { script, program, provenance, .. } = self.subject;
         let [scan] = self.scans else { return self.run_several(options, progress) };
         if self.search.is_empty() {
@@ -89,7 +92,6 @@ impl Fitting<'_> {
             Ok((program, options))
         };
         let selected = fit::search(values, scan, |inputs| prepare(inputs).map_err(|e| e.reason()), progress);
-        progress.finish();
         let selected = selected.map_err(|error| match error {
             SearchError::Fit(error) => error.into(),
             error => CommandError::Failed(format!("--search: {error}")),
@@ -98,15 +100,13 @@ impl Fitting<'_> {
         Ok(Fitted { program: Some(selected.model), result, scan: None })
     }
 
-    fn run_several(&self, options: &FitOptions, progress: &TerminalProgress) -> Result<Fitted, CommandError> {
+    fn run_several(&self, options: &FitOptions, progress: &dyn Progress) -> Result<Fitted, CommandError> {
         if !self.search.is_empty() {
             let message = "--search takes one scan: find the inputs with one of them, and give them by --input";
             return Err(CommandError::usage(message));
         }
         let Subject { program, provenance, .. } = self.subject;
-        let fitted = fit::fit_several(program, self.scans, options, progress);
-        progress.finish();
-        let fitted = fitted?;
+        let fitted = fit::fit_several(program, self.scans, options, progress)?;
         Ok(Fitted { program: None, result: provenance.named(fitted.fit, program), scan: Some(fitted.scan) })
     }
 }
@@ -207,17 +207,15 @@ pub(crate) fn options(controls: &FitControls, program: &Program) -> Result<FitOp
     Ok(options)
 }
 
-/// Fits, with progress on a terminal.
+/// Fits.
 pub(crate) fn run_fit(
     program: &Program,
     provenance: &Provenance,
     scan: &Scan,
     options: &FitOptions,
-    progress: &TerminalProgress,
+    progress: &dyn Progress,
 ) -> Result<FitResult, CommandError> {
-    let result = fit::fit(program, scan, options, progress);
-    progress.finish();
-    Ok(provenance.named(result?, program))
+    Ok(provenance.named(fit::fit(program, scan, options, progress)?, program))
 }
 
 /// The verdict of a test of a held value.

@@ -10,6 +10,7 @@ use gml_runtime::export::folder::{FIT, REPORT, ResultFolder};
 use gml_runtime::export::json;
 use gml_runtime::fit::FitOptions;
 use gml_runtime::inspect::{InspectError, Inspection};
+use gml_runtime::progress::Progress;
 use gml_runtime::record::Record;
 use gml_runtime::variance::{self, MeasureOptions};
 
@@ -58,10 +59,11 @@ pub(crate) fn inspect(
     }
     let folder = outputs::begin(&args.output)?;
     let fitting = fit::Fitting { subject, controls: &args.fit, search: &args.search, scans: &scans };
-    let inspection = match document(&fitting, &fit_options, args, options, &record, progress, &folder) {
+    let documented = document(&fitting, &fit_options, args, options, &record, progress, &folder);
+    progress.finish();
+    let inspection = match documented {
         Ok(inspection) => inspection,
         Err(error) => {
-            progress.finish();
             if !args.no_fit {
                 keep_fit(folder);
             }
@@ -97,7 +99,7 @@ fn document(
     args: &InspectArgs,
     options: &MeasureOptions,
     record: &Record,
-    progress: &TerminalProgress,
+    progress: &dyn Progress,
     folder: &ResultFolder,
 ) -> Result<Inspection, CommandError> {
     let subject = fitting.subject;
@@ -126,7 +128,6 @@ fn document(
     } else {
         inspection.write(folder.path(), scan, &scripts, extras, progress)
     };
-    progress.finish();
     written.map_err(|e| outputs::failed(folder, e))?;
     Ok(inspection)
 }
@@ -138,7 +139,7 @@ fn fitted(
     options: &FitOptions,
     args: &InspectArgs,
     record: &Record,
-    progress: &TerminalProgress,
+    progress: &dyn Progress,
     folder: &ResultFolder,
 ) -> Result<Fitted, CommandError> {
     let _grace = interrupt::grace();

@@ -1,6 +1,7 @@
 //! What a command was run with: its words, its options, the files that it read, and what the user states of the work.
 
 use crate::cli::{self, ReportArgs};
+use crate::command_line;
 use crate::defaults;
 use crate::error::CommandError;
 use crate::files::{self, folder_of};
@@ -24,7 +25,7 @@ const BESIDES: [&str; 7] = ["output", "report-field", "trace", "format", "json",
 
 /// The record of this process, which works with a script or a reference.
 pub(crate) fn of_process(report: &ReportArgs, script: &Path) -> Result<Record, CommandError> {
-    let mut words: Vec<OsString> = std::env::args_os().collect();
+    let mut words: Vec<OsString> = command_line::words().to_vec();
     if let Some(first) = words.first_mut() {
         *first = "gmlc".into();
     }

@@ -112,7 +112,9 @@ pub(crate) fn fit(repl: &mut Repl, rest: &str) -> Result<(), CommandError> {
     let options = subject.options(&controls, &subject.program)?;
     let scan = fitting::read_scan(&line.scan)?;
     let progress = TerminalProgress::new();
-    let mut fitted = fitting::run_fit(&subject.program, &subject.provenance, &scan, &options, &progress)?;
+    let fitted = fitting::run_fit(&subject.program, &subject.provenance, &scan, &options, &progress);
+    progress.finish();
+    let mut fitted = fitted?;
     fitted.warnings.extend(scan.warnings);
     let mut record = record::of_line(&format!(":fit {rest}"), &FitLine::command(), words(rest)?);
     record::add_inputs(&mut record, std::slice::from_ref(&scan.source), &subject.program, line.params.as_deref());
