@@ -71,12 +71,13 @@ const UNIT: &[&str] = &["unit"];
 const COMPARISON: &[&str] = &["max-distance", "align", "resolution"];
 
 /// The commands that take defaults, with what may be set for each.
-const COMMANDS: [(&str, &[&[&str]]); 6] = [
+const COMMANDS: [(&str, &[&[&str]]); 7] = [
     ("mesh", &[MESH]),
     ("scan", &[UNIT, SCANNER]),
     ("fit", &[UNIT, FIT]),
     ("variance", &[UNIT, MEASUREMENT]),
     ("inspect", &[UNIT, FIT, MEASUREMENT]),
+    ("batch", &[UNIT, FIT, MEASUREMENT]),
     ("compare", &[COMPARISON]),
 ];
 

@@ -5,6 +5,7 @@
 #[macro_use]
 mod print;
 
+mod batch;
 mod check;
 mod cli;
 mod command_line;
@@ -103,6 +104,7 @@ fn run(command: &Command) -> Result<(), CommandError> {
         Command::Fit(args) => fit::run(args),
         Command::Variance(args) => variance::run(args),
         Command::Inspect(args) => inspect::run(args),
+        Command::Batch(args) => batch::run(args),
         Command::Compare(args) => compare::run(args),
         Command::Repl(args) => repl::run(args),
         Command::Completions(args) => manual::completions(args),

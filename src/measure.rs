@@ -87,7 +87,7 @@ fn extent(scan: &Scan) -> f64 {
 /// The files that the command line asks for. A table of parameters has no rows yet.
 pub(crate) fn extras(controls: &VarianceControls) -> Extras {
     let VarianceControls { exr, points, export, scale, scene, .. } = controls;
-    Extras { exr: *exr, points: *points, formats: export.clone(), parameters: Vec::new(), scale: *scale, scene: *scene }
+    Extras { exr: *exr, points: *points, formats: export.clone(), scale: *scale, scene: *scene, ..Extras::default() }
 }
 
 impl From<MeasureError> for CommandError {

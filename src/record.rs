@@ -21,7 +21,8 @@ use std::path::{Path, PathBuf};
 const FIELDS: &str = "report.toml";
 
 /// Options that say nothing of the result.
-const BESIDES: [&str; 7] = ["output", "report-field", "trace", "format", "json", "help", "version"];
+const BESIDES: [&str; 11] =
+    ["output", "report-field", "trace", "format", "json", "help", "version", "jobs", "retry", "list", "memory"];
 
 /// The record of this process, which works with a script or a reference.
 pub(crate) fn of_process(report: &ReportArgs, script: &Path) -> Result<Record, CommandError> {
@@ -56,11 +57,12 @@ pub(crate) fn of_line(line: &str, command: &Command, words: Vec<String>) -> Reco
 }
 
 fn begun() -> Record {
-    Record {
-        tool: concat!("gmlc ", env!("CARGO_PKG_VERSION")).to_owned(),
-        time: chrono::Utc::now().format("%Y-%m-%dT%H:%M:%SZ").to_string(),
-        ..Record::default()
-    }
+    Record { tool: concat!("gmlc ", env!("CARGO_PKG_VERSION")).to_owned(), time: now(), ..Record::default() }
+}
+
+/// The time in UTC (ISO 8601).
+pub(crate) fn now() -> String {
+    chrono::Utc::now().format("%Y-%m-%dT%H:%M:%SZ").to_string()
 }
 
 /// All options of a command that have a value, in the order of its help.
@@ -152,7 +154,7 @@ pub(crate) fn scripts(program: &Program) -> Scripts {
     }
 }
 
-/// Adds the scan.
+/// Adds a scan.
 pub(crate) fn add_scan(record: &mut Record, scan: &ScanSource) {
     let name = file_name(Path::new(&scan.path));
     record.files.push(UsedFile { role: "scan".to_owned(), name, sha256: scan.sha256.clone() });

@@ -1,7 +1,7 @@
 //! The whole workflow of the paper: fit a model to a scan, measure the deviations, document both.
 
 use crate::export::exchange::{self, Format, ParameterRow};
-use crate::export::measurement::{self, DocumentError, Extras, Textures, png};
+use crate::export::measurement::{self, DocumentError, Extent, Extras, Textures, png};
 use crate::export::report::{self, Figure, Report, Scripts, file_name};
 use crate::export::scale::Scale;
 use crate::export::surfels;
@@ -158,6 +158,9 @@ impl Documents<'_> {
         };
         let extras = Extras { parameters, ..extras };
         let textures = measurement::write(folder, self.measurement, &extras)?;
+        if extras.extent == Extent::Figures {
+            return Ok(());
+        }
         progress.report("drawing", f64::NAN, "views");
         if progress.cancelled() {
             return Err(DocumentError::Interrupted);
@@ -171,11 +174,12 @@ impl Documents<'_> {
             let drawing = SectionDrawing { title: &title, measurement, scan: &drawn, turned, scale: &textures.scale };
             exchange::write_drawings(folder, &drawing)?;
         }
-        let scene = self.scene(&title, scan, &textures)?;
         let report = self.report(&title, scan, &textures, &views)?;
-        atomic::write(&folder.join(VIEWS), &png(&views.sheet)?)?;
         atomic::write(&folder.join(OVERVIEW), &palette::png(&views.overview)?)?;
-        extras.scene.write(folder, &scene)?;
+        if extras.extent == Extent::All {
+            atomic::write(&folder.join(VIEWS), &png(&views.sheet)?)?;
+            extras.scene.write(folder, &self.scene(&title, scan, &textures)?)?;
+        }
         atomic::write(&folder.join("report.html"), report.as_bytes())?;
         Ok(())
     }

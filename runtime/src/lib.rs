@@ -53,6 +53,7 @@
 //! - [`mod@compare`]: where two surfaces differ, and by which parameters.
 //! - [`export`]: the documents: X3D, pictures, meshes, report.
 //! - [`mod@inspect`]: fit, measure and document.
+//! - [`population`]: what the fits of many objects say together.
 //! - [`record`]: what a result was made with.
 //! - [`workers`]: threads for the compiler's work.
 //!
@@ -71,6 +72,7 @@ pub mod inspect;
 pub mod mesh;
 pub mod model;
 mod morton;
+pub mod population;
 pub mod progress;
 pub mod reason;
 pub mod record;

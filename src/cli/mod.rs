@@ -1,11 +1,13 @@
 //! The command line's arguments and help.
 
+mod batch;
 mod compare;
 mod comparison;
 mod language;
 mod scanner;
 mod scans;
 
+pub(crate) use batch::{BatchArgs, StartFrom};
 pub(crate) use compare::CompareArgs;
 pub(crate) use comparison::{
     FitArgs, FitControls, InspectArgs, MoreScansArgs, NormalsArg, ReportArgs, ScanArgs, VarianceArgs, VarianceControls,
@@ -45,6 +47,7 @@ Examples:
   gmlc info scan.e57                             what is in a scan, and what looks wrong with it
   gmlc inspect cup.gml scan.ply -o out/cup       fit, measure and document, all in one
   gmlc inspect mug.gml mug.ply --unit m -o out   a scan whose file is in metres
+  gmlc batch cup.gml scans/ -o out/cups          all scans of a folder, and what they say together
   gmlc compare monday.json friday.json           where two fits differ, and by which parameters
 
 Exit status: 0 success; 1 an error in a script, a scan or another file, or no result;
@@ -53,7 +56,7 @@ undecided whether one does, or the fit did not converge, or explains fewer than 
 points. All files are written with 3 and 4.";
 
 /// What a status other than 0 and 2 means, by command.
-const STATUSES: [(&[&str], &str); 6] = [
+const STATUSES: [(&[&str], &str); 7] = [
     (&["check"], "1 the script has errors"),
     (&["fmt"], "1 a script has errors, or with --check, is not formatted"),
     (&["fit"], "1 no fit, or an interrupted one; 4 the fit, which is written, cannot be relied on"),
@@ -62,13 +65,20 @@ const STATUSES: [(&[&str], &str); 6] = [
         "1 no result; all files are written with 3, a part or a measure does not conform\nto its tolerance, and with 4, it is \
          undecided whether one does, or the fit cannot be relied on",
     ),
+    (
+        &["batch"],
+        "1 scans have no result; 3 a part or a measure of an object does not conform to its\ntolerance; 4 it is undecided \
+         whether one does, or fits cannot be relied on; all files are written",
+    ),
     (&["repl"], "1 without a terminal: an entry has failed"),
     (&[], "1 an error in a script or another file, or no result"),
 ];
 
 /// The definition of the command line, with the exit statuses in the help of every command.
 pub(crate) fn definition() -> clap::Command {
-    Cli::command().mut_subcommands(|command| {
+    // Many textures are looked at together, and none alone.
+    let coarser = |command: clap::Command| command.mut_arg("resolution", |arg| arg.default_value("512"));
+    Cli::command().mut_subcommand("batch", coarser).mut_subcommands(|command| {
         let is_named = |names: &[&str]| names.is_empty() || names.contains(&command.get_name());
         let meaning = STATUSES.iter().find(|(names, _)| is_named(names)).map_or("", |(_, meaning)| meaning);
         let help = command.get_after_help().map_or_else(String::new, |help| format!("{help}\n\n"));
@@ -102,6 +112,8 @@ pub(crate) enum Command {
     Variance(VarianceArgs),
     /// Fit, measure and document: everything into one folder
     Inspect(InspectArgs),
+    /// Inspect many scans of objects of one kind, and say what they have in common and how they differ
+    Batch(BatchArgs),
     /// Compare two models, fits or meshes: where they differ, and by which parameters
     Compare(CompareArgs),
     /// Evaluate expressions and definitions interactively
@@ -122,6 +134,7 @@ impl Command {
             Self::Variance(args) => (&args.values.values, &args.compile),
             Self::Fit(args) => (&args.controls.values, &args.script.compile),
             Self::Inspect(args) => (&args.fit.values, &args.script.compile),
+            Self::Batch(args) => (&args.fit.values, &args.script.compile),
             Self::Repl(args) => return twice("-p", &args.values).or_else(|| twice("--input", &args.inputs)),
             Self::Diff(args) => (&[], &args.script.compile),
             Self::Emit(args) => (&[], &args.script.compile),

@@ -2,6 +2,7 @@
 
 mod architecture;
 mod awkward;
+mod batch;
 mod browser;
 mod command;
 mod compare;

@@ -25,7 +25,7 @@ impl<'a> Prepared<'a> {
     pub(super) fn new(reference: Reference<'a>, resolution: Resolution) -> Result<Self, MeasureError> {
         let mut surface = match reference {
             Reference::Mesh(mesh) => sampled::mesh(mesh, resolution)?,
-            Reference::Model { .. } => Surface::new(reference, resolution)?,
+            Reference::Model { .. } => Surface::new(reference, resolution, None)?,
         };
         if surface.inverted.contains(&true) {
             turn(&mut surface.texels, &mut surface.tessellation.mesh, &surface.inverted);

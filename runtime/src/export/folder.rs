@@ -17,7 +17,7 @@ use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 /// The files of a result, by name; and those of maps of parameters, which begin and end so.
-const FILES: [&str; 31] = [
+const FILES: [&str; 32] = [
     COLOUR,
     "colours.png",
     "conformance.png",
@@ -41,6 +41,7 @@ const FILES: [&str; 31] = [
     "points.ply",
     "points.vtp",
     REPORT,
+    ROW,
     "section.svg",
     "significant.png",
     UNFINISHED,
@@ -60,6 +61,9 @@ pub const FIGURES: &str = "variance.json";
 
 /// The file of the report, which every inspection has.
 pub const REPORT: &str = "report.html";
+
+/// The file of the row of a table of many inspections.
+pub const ROW: &str = "row.json";
 
 /// The fit of a run that ended before the rest of its results was there, in the folder of an earlier result.
 pub const UNFINISHED: &str = "unfinished-fit.json";
@@ -238,8 +242,12 @@ pub(super) fn keep_fit(staged: &Path, target: &Path) -> Result<PathBuf, WriteErr
     Ok(path)
 }
 
-/// Moves the files of a complete result into their place, if there is one that is not there yet.
-fn complete(target: &Path) -> io::Result<()> {
+/// Moves the files of a complete result into their place, if there is one that is not there yet: of a process that was
+/// killed while it did so.
+///
+/// # Errors
+/// If files of the folder cannot be read or moved.
+pub fn complete(target: &Path) -> io::Result<()> {
     let from = target.join(COMPLETE);
     if !fs::symlink_metadata(&from).is_ok_and(|about| about.is_dir()) {
         return Ok(());

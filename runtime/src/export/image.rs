@@ -6,6 +6,7 @@ use exr::prelude::{
 use rayon::prelude::*;
 use std::io::Cursor;
 use thiserror::Error;
+use tiff::decoder::{Decoder, DecodingResult};
 use tiff::encoder::colortype::Gray32Float;
 use tiff::encoder::{Compression, DeflateLevel, TiffEncoder};
 use tiff::tags::Tag;
@@ -22,6 +23,9 @@ pub enum ImageError {
     /// The OpenEXR encoder failed.
     #[error("the picture cannot be written as OpenEXR: {0}")]
     Exr(#[from] exr::error::Error),
+    /// A TIFF file of other values.
+    #[error("the picture has no 32-bit floats")]
+    NotFloats,
     /// Too few or too many values for its sides.
     #[error("a picture of {width} x {height} pixels needs as many values, not {values}")]
     Size {
@@ -111,6 +115,19 @@ pub fn tiff_f32(width: u32, height: u32, values: &[f32], description: &str) -> R
     Ok(file.into_inner())
 }
 
+/// The width, the height and the values of a file of [`tiff_f32`].
+///
+/// # Errors
+/// The file is no TIFF of 32-bit floats.
+pub fn read_tiff_f32(file: &[u8]) -> Result<(u32, u32, Vec<f32>), ImageError> {
+    let mut decoder = Decoder::new(Cursor::new(file))?;
+    let (width, height) = decoder.dimensions()?;
+    match decoder.read_image()? {
+        DecodingResult::F32(values) => Ok((width, height, values)),
+        _ => Err(ImageError::NotFloats),
+    }
+}
+
 /// An OpenEXR file of one channel of 32-bit floats, row 0 at the top, NaN for no data, without loss, with `description`
 /// in the attribute `comments`. The channel is Y, luminance, which renderers and viewers (Blender, Krita, tev,
 /// mrViewer) show as grey.
@@ -135,7 +152,7 @@ pub fn exr_f32(width: u32, height: u32, values: &[f32], description: &str) -> Re
 
 #[cfg(test)]
 mod tests {
-    use super::{exr_f32, png_rgb, tiff_f32};
+    use super::{exr_f32, png_rgb, read_tiff_f32, tiff_f32};
     use std::io::Cursor;
 
     #[test]
@@ -158,9 +175,8 @@ mod tests {
         values[5] = f32::NAN;
         values[6] = -0.0;
         let file = tiff_f32(300, 200, &values, "mm").unwrap();
-        let mut decoder = tiff::decoder::Decoder::new(Cursor::new(file)).unwrap();
-        assert_eq!(decoder.dimensions().unwrap(), (300, 200));
-        let tiff::decoder::DecodingResult::F32(read) = decoder.read_image().unwrap() else { panic!("not float32") };
+        let (width, height, read) = read_tiff_f32(&file).unwrap();
+        assert_eq!((width, height), (300, 200));
         assert!(read.iter().zip(&values).all(|(a, b)| a.to_bits() == b.to_bits()));
         assert!(tiff_f32(300, 201, &values, "mm").is_err());
     }

@@ -20,6 +20,9 @@ pub const UNMATCHED: &str = "unmatched.ply";
 /// The file of the scan's points with their distances.
 pub const POINTS: &str = "points.ply";
 
+/// The file of the distances at the texels without loss.
+pub const DISTANCES: &str = "distance.tif";
+
 /// Why documents were not written.
 #[derive(Debug, Error)]
 pub enum DocumentError {
@@ -50,9 +53,23 @@ pub struct Textures {
     pub scale: Scale,
 }
 
+/// How much is documented.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Extent {
+    /// Everything.
+    #[default]
+    All,
+    /// The report with its overview, the figures and the distances; no scene and no pictures of their own.
+    Report,
+    /// The figures and the distances alone.
+    Figures,
+}
+
 /// Files that are written if they are asked for, and how pictures are drawn.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Extras {
+    /// Which of the usual files are written.
+    pub extent: Extent,
     /// The distances at the texels as OpenEXR.
     pub exr: bool,
     /// The scan's points with their distances.
@@ -80,32 +97,12 @@ pub const UNCERTAINTY: [&str; 2] = ["uncertainty.png", "uncertainty.tif"];
 /// If a file cannot be written.
 pub fn write(folder: &Path, measurement: &Measurement, extras: &Extras) -> Result<Textures, DocumentError> {
     let Measurement { deviations, report, .. } = measurement;
-    let texture = DistanceTexture::new(deviations);
-    let (width, height) = (texture.width, texture.height);
     let scale = Scale::new(report, extras.scale);
-    let description = format!("signed distance in mm; {SIGN_CONVENTION}");
-    let distances = signed_distances(deviations);
-    let notes = [(
-        "Comment",
-        "R, G: distance along +normal and -normal, 255 = maximum; B: 128 hit along +, 64 along -; without either 32 a filled hole, 16 buried, 8 empty space, 4 ambiguous",
-    )];
-    let coded = image::png_rgb(width, height, &texture.rgb, &notes)?;
-    let colours = png(&picture::deviation_picture(deviations, &scale))?;
-    let levels: Vec<f64> = report.parts.iter().map(|p| p.detection.map_or(0.0, |d| d.level)).collect();
-    let significant = png(&picture::significance_picture(deviations, &scale, &levels))?;
-    let tiff = image::tiff_f32(width, height, &distances, &description)?;
-    let mut files = vec![
-        ("distance.png", &coded),
-        ("distance.tif", &tiff),
-        ("colours.png", &colours),
-        ("significant.png", &significant),
-    ];
-    let lossless = if extras.exr { image::exr_f32(width, height, &distances, &description)? } else { Vec::new() };
-    if extras.exr {
-        files.push(("distance.exr", &lossless));
-    }
-    for (name, bytes) in files {
-        atomic::write(&folder.join(name), bytes)?;
+    write_textures(folder, measurement, extras, &scale)?;
+    if extras.extent == Extent::Figures {
+        exchange::write(folder, measurement, &extras.formats, &scale, &extras.parameters)?;
+        json::write(&folder.join("variance.json"), report)?;
+        return Ok(Textures { conformance: None, colour: None, uncertainty: None, scale });
     }
     mesh::write(&folder.join(UNMATCHED), &measurement.unmatched, MeshFormat::Ply)?;
     if extras.points {
@@ -126,6 +123,40 @@ pub fn write(folder: &Path, measurement: &Measurement, extras: &Extras) -> Resul
     let uncertainty = write_uncertainty(folder, measurement)?;
     json::write(&folder.join("variance.json"), report)?;
     Ok(Textures { conformance, colour, uncertainty, scale })
+}
+
+/// Writes the distances, coded and without loss, and as pictures.
+fn write_textures(
+    folder: &Path,
+    measurement: &Measurement,
+    extras: &Extras,
+    scale: &Scale,
+) -> Result<(), DocumentError> {
+    let Measurement { deviations, report, .. } = measurement;
+    let (width, height) = (deviations.texels.width, deviations.texels.height);
+    let description = format!("signed distance in mm; {SIGN_CONVENTION}");
+    let distances = signed_distances(deviations);
+    let lossless = image::tiff_f32(width, height, &distances, &description)?;
+    atomic::write(&folder.join(DISTANCES), &lossless)?;
+    if extras.exr {
+        let lossless = image::exr_f32(width, height, &distances, &description)?;
+        atomic::write(&folder.join("distance.exr"), &lossless)?;
+    }
+    if extras.extent != Extent::All {
+        return Ok(());
+    }
+    let notes = [(
+        "Comment",
+        "R, G: distance along +normal and -normal, 255 = maximum; B: 128 hit along +, 64 along -; without either 32 a filled hole, 16 buried, 8 empty space, 4 ambiguous",
+    )];
+    let coded = image::png_rgb(width, height, &DistanceTexture::new(deviations).rgb, &notes)?;
+    let colours = png(&picture::deviation_picture(deviations, scale))?;
+    let levels: Vec<f64> = report.parts.iter().map(|p| p.detection.map_or(0.0, |d| d.level)).collect();
+    let significant = png(&picture::significance_picture(deviations, scale, &levels))?;
+    for (name, bytes) in [("distance.png", &coded), ("colours.png", &colours), ("significant.png", &significant)] {
+        atomic::write(&folder.join(name), bytes)?;
+    }
+    Ok(())
 }
 
 /// Writes the probability of conformance as a picture and without loss, if a part has a tolerance. Returns the picture

@@ -17,6 +17,7 @@ pub mod measurement;
 pub mod mesh;
 pub mod palette;
 pub mod picture;
+pub mod population;
 pub mod render;
 pub mod report;
 pub mod scale;

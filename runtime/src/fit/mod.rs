@@ -41,6 +41,7 @@ pub use measures::{AllowedDeviation, FittedMeasure};
 pub use monitor::TracePoint;
 pub use options::{Converged, EarlierFit, FitError, FitOptions};
 pub use problem::loss::LossKind;
+pub use problem::rigid::placing_parameters;
 pub use problem::weights::Weights;
 pub use result::{
     Agreement, Bootstrap, ContradictedPart, Covariance, Covered, FitResult, FittedInput, FittedParameter, FittedScan,

@@ -60,6 +60,29 @@ impl Format {
     }
 }
 
+/// What the ending of a file's name says of it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Named {
+    /// A format of scans.
+    Scan,
+    /// Perhaps a table of coordinates: other texts have this ending, too.
+    Text,
+    /// Nothing that is read as a scan.
+    Other,
+}
+
+/// What the ending of a file's name says of it, that before `.gz` among them.
+#[must_use]
+pub fn named(path: &Path) -> Named {
+    let name = path.file_name().map(|name| name.to_string_lossy().to_lowercase()).unwrap_or_default();
+    let name = name.strip_suffix(".gz").unwrap_or(&name);
+    match name.rsplit_once('.').map_or("", |(_, ending)| ending) {
+        "txt" | "csv" | "tsv" | "dat" => Named::Text,
+        ending if Format::of_ending(ending).is_some() => Named::Scan,
+        _ => Named::Other,
+    }
+}
+
 /// Beginnings of files that people confuse with scans and scripts, in lower case, and their formats.
 const FOREIGN: [(&[u8], &str, &str); 13] = [
     (b"version https://git-lfs", "a pointer of Git LFS, not the file itself", "`git lfs pull` fetches that"),

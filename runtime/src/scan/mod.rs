@@ -44,7 +44,7 @@ mod unit;
 pub use attributes::{Attributes, ScanParts, Station, Stations};
 pub(crate) use empty_space::EmptySpace;
 pub use error::{ScanError, ScanFault};
-pub use format::{Foreign, foreign};
+pub use format::{Foreign, Named, foreign, named};
 pub(crate) use formats::e57::pages as e57_pages;
 pub use load::{Loaded, load};
 pub(crate) use neighbours::Neighbours;

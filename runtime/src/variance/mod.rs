@@ -50,6 +50,7 @@ pub use form::{
 pub use holes::HoleSummary;
 pub use matching::Matching;
 pub use measure::{MeasureError, MeasureOptions, Measurement, measure, require_datum, require_what_scan_has};
+pub(crate) use moments::null_as_nan;
 pub use moments::{Moments, Percentiles, SignedMoments};
 pub(crate) use orientation::{Facings, enclosed_volume, turn};
 pub use peaks::Peak;

@@ -99,14 +99,25 @@ pub(crate) struct Parametrised<'a> {
 }
 
 impl<'a> Surface<'a> {
-    pub(crate) fn new(reference: Reference<'a>, resolution: Resolution) -> Result<Self, MeasureError> {
+    /// The surface; `shared` is the layout of a texture that a model takes if it has as many patches.
+    pub(crate) fn new(
+        reference: Reference<'a>,
+        resolution: Resolution,
+        shared: Option<&Atlas>,
+    ) -> Result<Self, MeasureError> {
         match reference {
-            Reference::Model { model, x, motion } => Self::of_model(model, x, motion, resolution),
+            Reference::Model { model, x, motion } => Self::of_model(model, x, motion, resolution, shared),
             Reference::Mesh(mesh) => Self::of_mesh(mesh, resolution),
         }
     }
 
-    fn of_model(model: &'a dyn Model, x: &[f64], motion: Motion, resolution: Resolution) -> Result<Self, MeasureError> {
+    fn of_model(
+        model: &'a dyn Model,
+        x: &[f64],
+        motion: Motion,
+        resolution: Resolution,
+        shared: Option<&Atlas>,
+    ) -> Result<Self, MeasureError> {
         let started = Instant::now();
         let instance = model.instantiate(x)?;
         // Before the work: what is found later took the most triangles that there may be. A coarse mesh may have places
@@ -116,9 +127,11 @@ impl<'a> Surface<'a> {
         if size > 2.0 * MAX_EXTENT {
             return Err(MeasureError::Huge { size });
         }
-        let atlas = match resolution {
-            Resolution::Side(size) => Atlas::new(model, &*instance, size),
-            Resolution::Texel(edge) => Atlas::with_texels_of(model, &*instance, edge),
+        let shared = shared.filter(|atlas| atlas.charts.len() == model.parts().len());
+        let atlas = match (shared, resolution) {
+            (Some(atlas), _) => Ok(atlas.clone()),
+            (_, Resolution::Side(size)) => Atlas::new(model, &*instance, size),
+            (_, Resolution::Texel(edge)) => Atlas::with_texels_of(model, &*instance, edge),
         }?;
         let mut texels = Texels::of_model(model, &*instance, &atlas)?;
         let seconds = started.elapsed().as_secs_f64();

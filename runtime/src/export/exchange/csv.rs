@@ -1,12 +1,12 @@
 //! Tables as CSV (RFC 4180): UTF-8, commas, lines that end with CR LF, a head of names.
 
 /// A table that is being written.
-pub(super) struct Table {
+pub(in crate::export) struct Table {
     text: String,
 }
 
 /// A cell of a table.
-pub(super) enum Cell<'a> {
+pub(in crate::export) enum Cell<'a> {
     /// A text, which may come from a user.
     Text(&'a str),
     /// A number in full precision; empty where it is not finite.
@@ -21,7 +21,7 @@ pub(super) enum Cell<'a> {
 
 impl Cell<'_> {
     /// A number, or nothing.
-    pub(super) fn number(x: Option<f64>) -> Self {
+    pub(in crate::export) fn number(x: Option<f64>) -> Self {
         x.map_or(Self::Empty, Self::Number)
     }
 
@@ -38,20 +38,20 @@ impl Cell<'_> {
 
 impl Table {
     /// A table with its head.
-    pub(super) fn new(head: impl Iterator<Item = &'static str>) -> Self {
-        let head: Vec<&str> = head.collect();
+    pub(in crate::export) fn new<'a>(head: impl Iterator<Item = &'a str>) -> Self {
+        let head: Vec<String> = head.map(quoted).collect();
         Self { text: head.join(",") + "\r\n" }
     }
 
     /// Adds a row of as many cells as the head has.
-    pub(super) fn row<'a>(&mut self, cells: impl Iterator<Item = Cell<'a>>) {
+    pub(in crate::export) fn row<'a>(&mut self, cells: impl Iterator<Item = Cell<'a>>) {
         let cells: Vec<String> = cells.map(|cell| cell.text()).collect();
         self.text.push_str(&cells.join(","));
         self.text.push_str("\r\n");
     }
 
     /// All of it.
-    pub(super) fn into_text(self) -> String {
+    pub(in crate::export) fn into_text(self) -> String {
         self.text
     }
 }

@@ -1,7 +1,7 @@
 //! Files that other tools read: deviations as PLY and VTP (at the model's points and at the scan's) and as GLB, tables
 //! as CSV, and drawings as SVG. docs/output.md describes them.
 
-mod csv;
+pub(in crate::export) mod csv;
 mod glb;
 mod labels;
 mod parameters;

@@ -3,10 +3,12 @@
 pub(super) mod legend;
 pub(super) mod names;
 mod scanned;
+mod spread;
 mod texture;
 mod uncertainty;
 
 pub use scanned::{colour_figure, colour_texture};
+pub use spread::spread_picture;
 pub use texture::{
     conformance_figure, conformance_picture, deviation_picture, sensitivity_picture, significance_picture,
 };

@@ -51,6 +51,16 @@ pub(crate) fn pose_parameters(model: &dyn Model, scan: &Scan) -> Vec<String> {
     indices.into_iter().map(|i| model.parameters()[i].name.clone()).collect()
 }
 
+/// The names of the parameters that only place a model: they move the whole of it rigidly. `x` are values at which it
+/// exists, and `size` is its length, in millimetres.
+///
+/// # Errors
+/// The model cannot be evaluated at `x`.
+pub fn placing_parameters(model: &dyn Model, x: &[f64], size: f64) -> Result<Vec<String>, EvaluationError> {
+    let rigid = recognise(model, x, size.max(f64::MIN_POSITIVE))?;
+    Ok(rigid.indices.into_iter().map(|i| model.parameters()[i].name.clone()).collect())
+}
+
 /// The parameters that move the whole model rigidly.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct RigidParameters {

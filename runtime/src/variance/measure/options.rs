@@ -1,6 +1,8 @@
 //! Options of a measurement.
 
+use crate::model::Atlas;
 use crate::variance::{Device, DistanceKind, Matching, Resolution, Tolerance, VerdictOptions};
+use std::sync::Arc;
 
 /// Options of [`measure`](super::measure).
 #[derive(Clone, Debug, PartialEq)]
@@ -8,6 +10,9 @@ use crate::variance::{Device, DistanceKind, Matching, Resolution, Tolerance, Ver
 pub struct MeasureOptions {
     /// How fine the texture is.
     pub resolution: Resolution,
+    /// The places of the patches on the texture, which several measurements may share; by default they are laid out for
+    /// this one by `resolution`. A model with another number of patches has its own.
+    pub atlas: Option<Arc<Atlas>>,
     /// Largest distance from the surface at which the scan is looked for, in millimetres; by default a tenth of the
     /// surface's diagonal.
     pub max_distance: Option<f64>,
@@ -41,6 +46,7 @@ impl Default for MeasureOptions {
     fn default() -> Self {
         Self {
             resolution: Resolution::default(),
+            atlas: None,
             max_distance: None,
             max_angle: std::f64::consts::FRAC_PI_2,
             distance: DistanceKind::Normal,

@@ -1,0 +1,110 @@
+//! `gmlc batch`: many scans of objects of one kind, each inspected, and what they say together.
+
+mod crew;
+mod given;
+mod ledger;
+mod plan;
+mod shown;
+mod task;
+
+use crate::cli::BatchArgs;
+use crate::error::CommandError;
+use crate::{interrupt, outputs, record};
+use gml_runtime::export::image;
+use gml_runtime::export::measurement::DISTANCES;
+use gml_runtime::export::population::{PAGE, PopulationDocuments, SCANS};
+use gml_runtime::fit::placing_parameters;
+use gml_runtime::population::{DeviationMap, Inspected, Movements, Row, Summary};
+use plan::Plan;
+use std::path::Path;
+
+pub(crate) fn run(args: &BatchArgs) -> Result<(), CommandError> {
+    if args.fit.trace.is_some() {
+        return Err(CommandError::usage("--trace is for one scan: gmlc inspect writes it"));
+    }
+    let record = record::of_process(&args.report, &args.script.model)?;
+    let paths = given::scans(&args.scans, &args.list, &args.output)?;
+    let plan = Plan::new(args, record)?;
+    outputs::make_folder(&args.output.join(SCANS))?;
+    let scans = plan.scans(&paths)?;
+    // What is finished is kept, and told of.
+    let _grace = interrupt::grace();
+    let rows = crew::work(&plan, &scans)?;
+    let finished: Vec<Row> = rows.iter().flatten().cloned().collect();
+    let summary = document(&plan, &finished)?;
+    if args.result.is_json() {
+        outputs::print_json(&summary)?;
+    }
+    args.result.text(&shown::summary(&summary, &finished));
+    outputs::wrote(&args.output.join(PAGE));
+    let missing = rows.len() - finished.len();
+    if missing > 0 {
+        return Err(CommandError::Failed(format!(
+            "interrupted: {missing} of {} scans are not done; the same command goes on with them",
+            rows.len()
+        )));
+    }
+    judge(&finished)
+}
+
+/// Writes the tables and the page.
+fn document(plan: &Plan<'_>, rows: &[Row]) -> Result<Summary, CommandError> {
+    let program = &plan.subject.program;
+    let size = plan.texture.tessellation.mesh.bounds().diagonal();
+    let placing = placing_parameters(program, &plan.start, size).unwrap_or_default();
+    let movements = Movements::of(program, &plan.start).ok();
+    let model = program.name().to_owned();
+    let mut summary = Summary::of(&model, rows, &placing, movements.as_ref());
+    let map = shared_deviations(&plan.args.output, rows, &mut summary.warnings);
+    let origin = format!("Made by {} on {}.", plan.record.tool, plan.record.time);
+    let documents = PopulationDocuments {
+        rows,
+        summary: &summary,
+        map: map.as_ref().map(|map| (map, &plan.texture)),
+        origin: &origin,
+    };
+    documents.write(&plan.args.output).map_err(CommandError::failed)?;
+    Ok(summary)
+}
+
+/// The deviations of all objects whose fit can be relied on, at the same places.
+fn shared_deviations(output: &Path, rows: &[Row], warnings: &mut Vec<String>) -> Option<DeviationMap> {
+    let mut map = DeviationMap::default();
+    let mut unread = 0;
+    let first = rows.iter().find_map(Row::sound)?;
+    let is_alike = |i: &Inspected| i.inputs == first.inputs;
+    for row in rows.iter().filter(|row| row.sound().is_some_and(is_alike)) {
+        let path = output.join(SCANS).join(&row.name).join(DISTANCES);
+        let read = std::fs::read(path).ok().and_then(|file| image::read_tiff_f32(&file).ok());
+        let added = read.is_some_and(|(_, _, distances)| map.add(&distances).is_ok());
+        unread += usize::from(!added);
+    }
+    if unread > 0 {
+        warnings
+            .push(format!("{unread} files {DISTANCES} cannot be read: the map of the mean deviation is without them"));
+    }
+    (map.textures() > 1).then_some(map)
+}
+
+/// The exit status: of all scans the worst.
+fn judge(rows: &[Row]) -> Result<(), CommandError> {
+    let failed = rows.iter().filter(|row| row.inspected().is_none()).count();
+    if failed > 0 {
+        let all = rows.len();
+        return Err(CommandError::Failed(format!("{failed} of {all} scans have no result; --retry tries them again")));
+    }
+    let all = || rows.iter().filter_map(|row| Some((row, row.inspected()?)));
+    let named = |verdict: &str| {
+        let is = move |(_, i): &(&Row, &Inspected)| i.verdict.as_deref() == Some(verdict);
+        all().filter(is).map(|(row, _)| format!("{verdict}: {}", row.name)).collect::<Vec<String>>()
+    };
+    let (beyond, undecided) = (named("does not conform"), named("undecided"));
+    let unsound = rows.iter().filter(|row| row.sound().is_none()).count();
+    if !beyond.is_empty() {
+        return Err(CommandError::DoesNotConform(beyond));
+    }
+    if unsound > 0 {
+        return Err(CommandError::Unreliable(format!("{unsound} of {} fits cannot be relied on", rows.len())));
+    }
+    if undecided.is_empty() { Ok(()) } else { Err(CommandError::Undecided(undecided)) }
+}
