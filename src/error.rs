@@ -29,6 +29,9 @@ impl From<Failed> for CommandError {
 }
 
 impl CommandError {
+    /// The text where the user ended the work.
+    pub(crate) const INTERRUPTED: &str = "interrupted";
+
     /// The process's exit status.
     pub(crate) fn status(&self) -> u8 {
         match self {
@@ -61,7 +64,7 @@ impl CommandError {
 
     /// The user ended the work.
     pub(crate) fn interrupted() -> Self {
-        Self::Failed("interrupted".into())
+        Self::Failed(Self::INTERRUPTED.into())
     }
 
     /// A failure from anything that has a message.

@@ -17,6 +17,7 @@ mod diagnostics;
 mod diff;
 mod dimensions;
 mod doc;
+pub mod embedded;
 mod emit;
 pub mod environment;
 mod error;

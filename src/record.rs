@@ -21,12 +21,21 @@ use std::path::{Path, PathBuf};
 const FIELDS: &str = "report.toml";
 
 /// Options that say nothing of the result.
-const BESIDES: [&str; 11] =
-    ["output", "report-field", "trace", "format", "json", "help", "version", "jobs", "retry", "list", "memory"];
+const BESIDES: [&str; 12] =
+    ["output", "report-field", "trace", "format", "json", "help", "version", "jobs", "retry", "list", "memory", "dask"];
 
 /// The record of this process, which works with a script or a reference.
 pub(crate) fn of_process(report: &ReportArgs, script: &Path) -> Result<Record, CommandError> {
-    let mut words: Vec<OsString> = command_line::words().to_vec();
+    of_line_of_words(report, script, command_line::words().to_vec())
+}
+
+/// The record of a command line, whose first word is the program's name.
+pub(crate) fn of_words(report: &ReportArgs, script: &Path, words: &[String]) -> Result<Record, CommandError> {
+    of_line_of_words(report, script, words.iter().map(OsString::from).collect())
+}
+
+fn of_line_of_words(report: &ReportArgs, script: &Path, words: Vec<OsString>) -> Result<Record, CommandError> {
+    let mut words = words;
     if let Some(first) = words.first_mut() {
         *first = "gmlc".into();
     }
@@ -54,6 +63,20 @@ pub(crate) fn of_line(line: &str, command: &Command, words: Vec<String>) -> Reco
         command.clone().try_get_matches_from(cli::with_negative_values(words.into_iter().map(OsString::from)));
     let settings = matches.map(|matches| settings(command, &matches)).unwrap_or_default();
     Record { command: vec!["gmlc".to_owned(), "repl".to_owned(), line.to_owned()], settings, ..begun() }
+}
+
+/// The record of work that a program has asked for with these options.
+pub(crate) fn of_embedded(report: &ReportArgs, script: &Path, words: &[&[String]]) -> Result<Record, CommandError> {
+    let given = words.iter().copied().flatten();
+    let setting = |word: &String| {
+        let (name, value) = word.trim_start_matches("--").split_once('=').unwrap_or((word, "true"));
+        Setting { name: name.trim_start_matches("--").to_owned(), values: vec![value.to_owned()], given: true }
+    };
+    let settings = given.clone().map(setting).collect();
+    let command = ["gmlc", "inspect"].map(str::to_owned).into_iter().chain(given.cloned()).collect();
+    let mut record = Record { command, settings, ..begun() };
+    state(&mut record, report, script)?;
+    Ok(record)
 }
 
 fn begun() -> Record {

@@ -95,7 +95,7 @@ fn of_script(args: &VirtualScanArgs, format: ScanFormat) -> Result<(), CommandEr
 }
 
 /// Scans a script's exact surface.
-fn scan_script(
+pub(crate) fn scan_script(
     args: &VirtualScanArgs,
     program: &Program,
     x: &[f64],
@@ -148,8 +148,22 @@ fn write(
     scan: &VirtualScan,
     scanned: Scanned<'_>,
 ) -> Result<(), CommandError> {
-    let VirtualScan { mesh, attributes, grids, truth } = scan;
+    let truth = &scan.truth;
     outputs::make_parents([&args.output].into_iter().chain(&args.truth))?;
+    write_scan(args, format, scan)?;
+    let mut file = TruthFile { scanned, output: None, scan: truth };
+    if let Some(path) = &args.truth {
+        outputs::write_json(path, &file)?;
+    }
+    file.output = outputs::named(&args.output);
+    let line = format!("{}: {}", args.output.display(), summary(truth, format));
+    args.json.print(&args.output, &serde_json::to_value(&file).map_err(CommandError::failed)?, &line);
+    Ok(())
+}
+
+/// Writes a scan, and warns of what its format cannot hold.
+pub(crate) fn write_scan(args: &VirtualScanArgs, format: ScanFormat, scan: &VirtualScan) -> Result<(), CommandError> {
+    let VirtualScan { mesh, attributes, grids, .. } = scan;
     // A mesh has what a fit requires, and no more.
     let bare = Attributes::default();
     let is_cloud = mesh.triangles.is_empty() || format.is_of_points();
@@ -166,13 +180,6 @@ fn write(
             args.output.display()
         );
     }
-    let mut file = TruthFile { scanned, output: None, scan: truth };
-    if let Some(path) = &args.truth {
-        outputs::write_json(path, &file)?;
-    }
-    file.output = outputs::named(&args.output);
-    let line = format!("{}: {}", args.output.display(), summary(truth, format));
-    args.json.print(&args.output, &serde_json::to_value(&file).map_err(CommandError::failed)?, &line);
     Ok(())
 }
 

@@ -35,12 +35,18 @@ pub(crate) fn compile_quietly(script: &Path, args: &CompileArgs) -> Result<Compi
         )));
     }
     let file = SourceFile { name: script.display().to_string(), text: files::read_script(script)? };
+    let options = options(args)?;
+    let loader = FileLoader::of(script, &args.allowed)?;
+    verbosity::timed("compiling", || program::compile(file, &loader, &options)).map_err(CommandError::from)
+}
+
+/// The compiler's options of a command line.
+pub(crate) fn options(args: &CompileArgs) -> Result<Options, CommandError> {
     let mut options = Options { inputs: args.inputs.iter().cloned().collect(), ..compile_options() };
     for (name, value) in &args.limits {
         options.set_limit(name, *value).map_err(|e| CommandError::Usage(format!("--limit: {e}")))?;
     }
-    let loader = FileLoader::of(script, &args.allowed)?;
-    verbosity::timed("compiling", || program::compile(file, &loader, &options)).map_err(CommandError::from)
+    Ok(options)
 }
 
 /// Compiles a script with the inputs of a fit, if there is one, but for those that are `searched`.

@@ -9,6 +9,7 @@ use crate::progress::TerminalProgress;
 use gml_runtime::population::Row;
 use gml_runtime::progress::Progress;
 use rayon::ThreadPoolBuilder;
+use serde::{Deserialize, Serialize};
 use std::num::NonZero;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -26,13 +27,12 @@ pub(super) fn work(plan: &Plan<'_>, scans: &[Scan]) -> Result<Vec<Option<Row>>, 
         note!("{done} of {} scans are done already", scans.len());
     }
     let processors = available_parallelism().map_or(1, NonZero::get);
-    let length = if plan.args.start_from == StartFrom::Previous { CHAIN } else { 1 };
     let pending = scans.len() - done;
     let jobs = plan.args.jobs.map_or(processors, |jobs| jobs as usize).clamp(1, pending.max(1));
     let crew = Crew {
         plan,
         scans,
-        length,
+        length: length(plan),
         next: AtomicUsize::new(0),
         shared: Mutex::new(Shared { rows, finished: 0, failed: 0, error: None }),
         progress: TerminalProgress::new(),
@@ -55,6 +55,51 @@ pub(super) fn work(plan: &Plan<'_>, scans: &[Scan]) -> Result<Vec<Option<Row>>, 
     crew.progress.finish();
     let shared = crew.shared.into_inner().unwrap_or_else(PoisonError::into_inner);
     shared.error.map_or(Ok(shared.rows), Err)
+}
+
+/// Scans that one worker does in their order, the first of which begins at the defaults.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct Job {
+    scans: Vec<Scan>,
+}
+
+/// The number of scans in a job.
+fn length(plan: &Plan<'_>) -> usize {
+    if plan.args.start_from == StartFrom::Previous { CHAIN } else { 1 }
+}
+
+/// The jobs with a scan that is not done, by absolute paths, and the number of scans that are done.
+pub(crate) fn jobs(plan: &Plan<'_>, scans: &[Scan]) -> Result<(Vec<Job>, usize), CommandError> {
+    let is_done: Vec<bool> = scans.iter().map(|scan| ledger::done(plan, scan).is_some()).collect();
+    let absolute = |scan: &Scan| {
+        let path = std::path::absolute(&scan.path).map_err(CommandError::failed)?;
+        Ok(Scan { path, ..scan.clone() })
+    };
+    let length = length(plan);
+    let pending = scans.chunks(length).zip(is_done.chunks(length)).filter(|(_, done)| done.contains(&false));
+    let job = |(scans, _): (&[Scan], &[bool])| {
+        Ok(Job { scans: scans.iter().map(absolute).collect::<Result<_, CommandError>>()? })
+    };
+    let jobs = pending.map(job).collect::<Result<Vec<Job>, CommandError>>()?;
+    Ok((jobs, is_done.iter().filter(|done| **done).count()))
+}
+
+/// Does what of a job is not done. Returns the names of its scans, and whether each has a result.
+pub(crate) fn work_job(
+    plan: &Plan<'_>,
+    job: &Job,
+    progress: &dyn Progress,
+) -> Result<Vec<(String, bool)>, CommandError> {
+    let mut names = Vec::new();
+    for (at, scan) in job.scans.iter().enumerate() {
+        let row = match ledger::done(plan, scan) {
+            Some(row) => Some(row),
+            None => task::inspect(plan, scan, at.checked_sub(1).map(|before| &job.scans[before]), progress)?,
+        };
+        let Some(row) = row else { return Err(CommandError::interrupted()) };
+        names.push((row.name.clone(), row.inspected().is_some()));
+    }
+    Ok(names)
 }
 
 /// As much as the main thread of most systems has.

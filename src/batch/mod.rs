@@ -10,23 +10,23 @@ mod task;
 use crate::cli::BatchArgs;
 use crate::error::CommandError;
 use crate::{interrupt, outputs, record};
+pub(crate) use crew::{Job, jobs, work_job};
 use gml_runtime::export::image;
 use gml_runtime::export::measurement::DISTANCES;
 use gml_runtime::export::population::{PAGE, PopulationDocuments, SCANS};
 use gml_runtime::fit::placing_parameters;
 use gml_runtime::population::{DeviationMap, Inspected, Movements, Row, Summary};
-use plan::Plan;
+use gml_runtime::record::Record;
+pub(crate) use plan::{Plan, Scan};
 use std::path::Path;
 
 pub(crate) fn run(args: &BatchArgs) -> Result<(), CommandError> {
-    if args.fit.trace.is_some() {
-        return Err(CommandError::usage("--trace is for one scan: gmlc inspect writes it"));
+    if args.dask.is_some() {
+        return Err(CommandError::usage(
+            "--dask: this command is without Python; that of the package has it: pip install 'gmlc[dask]'",
+        ));
     }
-    let record = record::of_process(&args.report, &args.script.model)?;
-    let paths = given::scans(&args.scans, &args.list, &args.output)?;
-    let plan = Plan::new(args, record)?;
-    outputs::make_folder(&args.output.join(SCANS))?;
-    let scans = plan.scans(&paths)?;
+    let (plan, scans) = planned(args, record::of_process(&args.report, &args.script.model)?)?;
     // What is finished is kept, and told of.
     let _grace = interrupt::grace();
     let rows = crew::work(&plan, &scans)?;
@@ -47,6 +47,18 @@ pub(crate) fn run(args: &BatchArgs) -> Result<(), CommandError> {
     judge(&finished)
 }
 
+/// The plan of a batch, and its scans.
+pub(crate) fn planned(args: &BatchArgs, record: Record) -> Result<(Plan<'_>, Vec<Scan>), CommandError> {
+    if args.fit.trace.is_some() {
+        return Err(CommandError::usage("--trace is for one scan: gmlc inspect writes it"));
+    }
+    let paths = given::scans(&args.scans, &args.list, &args.output)?;
+    let plan = Plan::new(args, record)?;
+    outputs::make_folder(&args.output.join(SCANS))?;
+    let scans = plan.scans(&paths)?;
+    Ok((plan, scans))
+}
+
 /// Writes the tables and the page.
 fn document(plan: &Plan<'_>, rows: &[Row]) -> Result<Summary, CommandError> {
     let program = &plan.subject.program;
@@ -60,7 +72,7 @@ fn document(plan: &Plan<'_>, rows: &[Row]) -> Result<Summary, CommandError> {
     let documents = PopulationDocuments {
         rows,
         summary: &summary,
-        map: map.as_ref().map(|map| (map, &plan.texture)),
+        map: map.as_ref().map(|map| (map, &*plan.texture)),
         origin: &origin,
     };
     documents.write(&plan.args.output).map_err(CommandError::failed)?;

@@ -9,67 +9,85 @@ use gml_runtime::population::{CommonTexture, SCHEMA};
 use gml_runtime::reason::in_words;
 use gml_runtime::record::{Record, hexadecimal};
 use gml_runtime::variance::{self, MeasureOptions};
+use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::collections::HashMap;
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// Bytes of a file that are read at once.
 const CHUNK: usize = 1 << 20;
 
 /// What is done with every scan.
-pub(super) struct Plan<'a> {
-    pub(super) args: &'a BatchArgs,
-    pub(super) subject: Subject,
-    pub(super) fit_options: FitOptions,
-    pub(super) measure_options: MeasureOptions,
+pub(crate) struct Plan<'a> {
+    pub(crate) args: &'a BatchArgs,
+    pub(crate) subject: Arc<Subject>,
+    pub(crate) fit_options: FitOptions,
+    pub(crate) measure_options: MeasureOptions,
     /// The record of the batch; that of a scan has its file besides.
-    pub(super) record: Record,
+    pub(crate) record: Record,
     /// The values that stand for all objects: where fits begin.
-    pub(super) start: Vec<f64>,
+    pub(crate) start: Vec<f64>,
     /// The texture that all objects share, laid out there.
-    pub(super) texture: CommonTexture,
+    pub(crate) texture: Arc<CommonTexture>,
     /// SHA-256 of all that a result follows from but for the scan.
     settings: String,
 }
 
 /// A scan of a batch.
-#[derive(Clone, Debug)]
-pub(super) struct Scan {
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct Scan {
     /// The file as it was given.
-    pub(super) path: PathBuf,
+    pub(crate) path: PathBuf,
     /// The name of its folder in the results.
-    pub(super) name: String,
+    pub(crate) name: String,
     /// SHA-256 of the file; or why it cannot be read.
-    pub(super) sha256: Result<String, String>,
+    pub(crate) sha256: Result<String, String>,
     /// SHA-256 of all that its result follows from.
-    pub(super) key: String,
+    pub(crate) key: String,
     /// An earlier scan with the same content.
-    pub(super) copy_of: Option<String>,
+    pub(crate) copy_of: Option<String>,
 }
 
 impl<'a> Plan<'a> {
     /// Compiles the script, and reads options before any work is done.
-    pub(super) fn new(args: &'a BatchArgs, record: Record) -> Result<Self, CommandError> {
-        let mut measure_options = measure::options(&args.variance)?;
+    pub(crate) fn new(args: &'a BatchArgs, record: Record) -> Result<Self, CommandError> {
+        measure::options(&args.variance)?;
         let subject = Subject::compiled(&args.script, args.params.as_deref(), &[], &args.fit)?;
+        let mut record = record;
+        record::add_inputs(&mut record, &[], &subject.program, args.params.as_deref());
+        let texture = Self::texture_of(args, &subject)?;
+        Self::of(args, Arc::new(subject), texture, record)
+    }
+
+    /// The texture that all objects share.
+    pub(crate) fn texture_of(args: &BatchArgs, subject: &Subject) -> Result<Arc<CommonTexture>, CommandError> {
+        let start = start(args, subject)?;
+        let texture = CommonTexture::of(&subject.program, &start, args.variance.resolution);
+        let failed = |error| CommandError::Failed(format!("the model where fits begin: {error}"));
+        texture.map(Arc::new).map_err(failed)
+    }
+
+    /// The plan for a script that is compiled; the record has all files but the scans.
+    pub(crate) fn of(
+        args: &'a BatchArgs,
+        subject: Arc<Subject>,
+        texture: Arc<CommonTexture>,
+        record: Record,
+    ) -> Result<Self, CommandError> {
+        let mut measure_options = measure::options(&args.variance)?;
         let fit_options = subject.options(&args.fit, &subject.program)?;
         let parts: Vec<String> = subject.program.parts().iter().map(|part| part.name.clone()).collect();
         variance::require_datum(measure_options.datum.as_deref(), &parts, |_| true)?;
-        let mut record = record;
-        record::add_inputs(&mut record, &[], &subject.program, args.params.as_deref());
-        let values = ValueArgs { values: args.fit.values.clone(), params: None };
-        let start = script::values_for(&subject.program, subject.saved.as_ref(), &values)?;
-        let texture = CommonTexture::of(&subject.program, &start, args.variance.resolution)
-            .map_err(|e| CommandError::Failed(format!("the model where fits begin: {e}")))?;
         measure_options.atlas = Some(texture.atlas.clone());
-        let settings = settings(&record, &subject);
+        let (settings, start) = (settings(&record, &subject), start(args, &subject)?);
         Ok(Self { args, subject, fit_options, measure_options, record, start, texture, settings })
     }
 
     /// The scans with their names and keys.
-    pub(super) fn scans(&self, paths: &[PathBuf]) -> Result<Vec<Scan>, CommandError> {
+    pub(crate) fn scans(&self, paths: &[PathBuf]) -> Result<Vec<Scan>, CommandError> {
         let names = names(paths);
         let mut known: HashMap<String, String> = HashMap::new();
         let mut scans = Vec::with_capacity(paths.len());
@@ -89,6 +107,12 @@ impl<'a> Plan<'a> {
     fn key(&self, scan: &str) -> String {
         hexadecimal(Sha256::digest(format!("{} {scan}", self.settings)))
     }
+}
+
+/// The values where fits begin.
+fn start(args: &BatchArgs, subject: &Subject) -> Result<Vec<f64>, CommandError> {
+    let values = ValueArgs { values: args.fit.values.clone(), params: None };
+    script::values_for(&subject.program, subject.saved.as_ref(), &values)
 }
 
 /// The sum of all that results follow from besides scans. Lengths keep two texts from passing for one.

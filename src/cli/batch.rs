@@ -70,6 +70,10 @@ pub(crate) struct BatchArgs {
     /// Try again what has failed before
     #[arg(long)]
     pub(crate) retry: bool,
+    /// Have the workers of a Dask cluster do it, such as tcp://scheduler:8786: only with the command of the Python
+    /// package; workers must be able to read the scans and to write to the folder of the results
+    #[arg(long, value_name = "ADDRESS")]
+    pub(crate) dask: Option<String>,
     /// Folder for the results: table.csv, table.parquet, summary.html, and a folder for each scan
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: PathBuf,

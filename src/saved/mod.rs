@@ -35,6 +35,16 @@ pub(crate) struct SavedFit {
 }
 
 impl SavedFit {
+    /// A fit that comes from no file.
+    pub(crate) fn of(fit: FitResult) -> SavedFit {
+        SavedFit { path: PathBuf::new(), fit, is_truth: false }
+    }
+
+    /// The fit.
+    pub(crate) fn fit(&self) -> &FitResult {
+        &self.fit
+    }
+
     /// Reads fit.json or truth.json.
     pub(crate) fn read(path: &Path) -> Result<SavedFit, CommandError> {
         let text = files::read(path)?;

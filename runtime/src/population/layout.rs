@@ -25,10 +25,7 @@ impl CommonTexture {
     /// If the surface cannot be evaluated there, or the texture is too small or too large.
     pub fn of(model: &dyn Model, x: &[f64], resolution: Resolution) -> Result<Self, AtlasError> {
         let instance = model.instantiate(x)?;
-        let atlas = match resolution {
-            Resolution::Side(size) => Atlas::new(model, &*instance, size),
-            Resolution::Texel(edge) => Atlas::with_texels_of(model, &*instance, edge),
-        }?;
+        let atlas = resolution.layout(model, &*instance)?;
         let texels = Texels::of_model(model, &*instance, &atlas)?;
         let coarse = Tessellation::uniform(model, &*instance, 8, 8)?;
         let size = coarse.mesh.bounds().diagonal();

@@ -8,8 +8,8 @@ use crate::feet::layout::Layout;
 use crate::feet::signed::{ExactSurface, MeshSurface, Target, layout_for};
 use crate::mesh::{Bounds, TriangleMesh};
 use crate::model::{
-    Atlas, AtlasError, Closedness, Fineness, LARGEST, Material, Model, Motion, Passages, ReferenceSurface, SMALLEST,
-    Sensitivities, SensitivityMaps, Standing, Tessellation, Texels, divided,
+    Atlas, AtlasError, Closedness, Fineness, Instance, LARGEST, Material, Model, Motion, Passages, ReferenceSurface,
+    SMALLEST, Sensitivities, SensitivityMaps, Standing, Tessellation, Texels, divided,
 };
 use glam::DVec3;
 use std::time::Instant;
@@ -64,6 +64,19 @@ pub enum Resolution {
 impl Default for Resolution {
     fn default() -> Self {
         Self::Side(1024)
+    }
+}
+
+impl Resolution {
+    /// The texture of a model.
+    ///
+    /// # Errors
+    /// The surface cannot be evaluated, or the texture would be too small or too large.
+    pub fn layout(self, model: &dyn Model, instance: &dyn Instance) -> Result<Atlas, AtlasError> {
+        match self {
+            Self::Side(size) => Atlas::new(model, instance, size),
+            Self::Texel(edge) => Atlas::with_texels_of(model, instance, edge),
+        }
     }
 }
 
@@ -129,10 +142,9 @@ impl<'a> Surface<'a> {
         }
         let shared = shared.filter(|atlas| atlas.charts.len() == model.parts().len());
         let atlas = match (shared, resolution) {
-            (Some(atlas), _) => Ok(atlas.clone()),
-            (_, Resolution::Side(size)) => Atlas::new(model, &*instance, size),
-            (_, Resolution::Texel(edge)) => Atlas::with_texels_of(model, &*instance, edge),
-        }?;
+            (Some(atlas), _) => atlas.clone(),
+            (None, resolution) => resolution.layout(model, &*instance)?,
+        };
         let mut texels = Texels::of_model(model, &*instance, &atlas)?;
         let seconds = started.elapsed().as_secs_f64();
         let size = texels.position.iter().copied().map(DVec3::from_array).collect::<Bounds>().diagonal();
