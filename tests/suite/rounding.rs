@@ -17,13 +17,12 @@ model block {
 const SIDES: [(&str, f64); 3] = [("w", 30.37), ("d", 40.23), ("h", 61.41)];
 
 /// Points of a block whose sides are `SIDES`, which is beside it in the folder.
-fn block(folder: &Path) -> Vec<[f64; 3]> {
+fn block(folder: &Path, seed: &str) -> Vec<[f64; 3]> {
     std::fs::write(folder.join("block.gml"), BLOCK).expect("written");
     let sides: Vec<String> = SIDES.iter().map(|(name, side)| format!("{name}={side}mm")).collect();
     let with_sides = sides.iter().flat_map(|side| ["-p", side]).collect::<Vec<&str>>();
-    let scan =
-        ["scan", "block.gml", "--noise", "0.05mm", "--no-pose", "--cloud", "--spacing", "1mm", "-o", "block.xyz"];
-    gmlc(folder, &[&scan[..], &with_sides].concat());
+    let scan = ["scan", "block.gml", "--noise", "0.05mm", "--no-pose", "--cloud", "--spacing", "1mm"];
+    gmlc(folder, &[&scan[..], &["--seed", seed, "-o", "block.xyz"], &with_sides].concat());
     let points = std::fs::read_to_string(folder.join("block.xyz")).expect("read");
     let row = |line: &str| {
         let numbers: Vec<f64> = line.split(' ').filter_map(|word| word.parse().ok()).collect();
@@ -37,7 +36,7 @@ fn block(folder: &Path) -> Vec<[f64; 3]> {
 fn rounded_coordinates_are_known_to_be_rounded() {
     let folder = tempdir().expect("a folder");
     let folder = folder.path();
-    let points = block(folder);
+    let points = block(folder, "1");
     for (step, is_coarse) in [(1.0, true), (0.25, true), (0.1, true), (0.001, false)] {
         let mut text = String::new();
         for p in &points {
@@ -69,7 +68,7 @@ fn rounded_coordinates_are_known_to_be_rounded() {
 fn coordinates_that_were_rounded_before_a_pose_moved_them_are_known_to_be_rounded() {
     let folder = tempdir().expect("a folder");
     let folder = folder.path();
-    let points = block(folder);
+    let points = block(folder, "1");
     // A turn of 30 degrees about x after one of 40 about z.
     let ((a, b), (c, d)) = (40_f64.to_radians().sin_cos(), 30_f64.to_radians().sin_cos());
     let rows = [[b, a * d, a * c], [-a, b * d, b * c], [0.0, -c, d]];
@@ -103,7 +102,7 @@ fn points_far_away_and_faces_that_a_crop_cuts_are_said() {
     let folder = tempdir().expect("a folder");
     let folder = folder.path();
     let mut text = String::new();
-    for (i, [x, y, z]) in block(folder).into_iter().enumerate() {
+    for (i, [x, y, z]) in block(folder, "1").into_iter().enumerate() {
         let z = if i % 80 == 0 { -9999.0 } else { z };
         let _ = writeln!(text, "{x:.5} {y:.5} {z:.5}");
     }
@@ -121,4 +120,21 @@ fn points_far_away_and_faces_that_a_crop_cuts_are_said() {
         let said = gmlc(folder, &["info", "block.xyz", "--crop", crop]);
         assert_eq!(said.contains("the lower end of z of --crop"), is_cut, "{crop}: {said}");
     }
+}
+
+/// What rounding does to a scan is no difference of the object.
+#[test]
+fn a_rounded_scan_and_a_fine_one_agree_on_the_shape() {
+    let folder = tempdir().expect("a folder");
+    let folder = folder.path();
+    let mut text = String::new();
+    for p in block(folder, "2") {
+        let [x, y, z] = p.map(|c| ((c + 0.13) * 4.0).round() / 4.0);
+        let _ = writeln!(text, "{x:.2} {y:.2} {z:.2}");
+    }
+    std::fs::write(folder.join("rounded.xyz"), text).expect("written");
+    block(folder, "1");
+    gmlc(folder, &["fit", "block.gml", "block.xyz", "rounded.xyz", "-o", "fit.json"]);
+    let fit = json(&folder.join("fit.json"));
+    assert!(fit["scans"][1]["agreement"]["agrees"].as_bool().is_some_and(|agrees| agrees), "{}", fit["warnings"]);
 }

@@ -118,8 +118,8 @@ impl<'a> Joint<'a> {
         evaluation.map_or(f64::INFINITY, |evaluation| evaluation.value)
     }
 
-    /// By scan, the share of points near the model at the scale at which a registration ends, or at that of its loss, if
-    /// the noise makes that larger.
+    /// By scan, the share of points near the model at the scale at which a registration ends, or at that of its loss,
+    /// if the noise makes that larger.
     pub(crate) fn near(&self) -> Vec<f64> {
         self.within(|member| Loss::welsch(near_scale(member.level.problem, member.loss)))
     }

@@ -103,8 +103,8 @@ pub(crate) const WORTH_A_SEARCH: f64 = 0.01;
 /// What it finds counts where its mean loss is below so much of that of the shape which the fit of all leads to. Of
 /// noise alone that loss is 0.08, and a hundredth of the points that are unexplained adds 0.01.
 pub(crate) const BETTER_ALONE: f64 = 0.9;
-/// A scan does not agree with the shape of all that explains a share of its points which is smaller by this than that of
-/// a shape of its own, and by so many standard deviations.
+/// A scan does not agree with the shape of all if that explains a share of its points which is smaller by this, and by
+/// so many standard deviations, than that of a shape of its own.
 pub(crate) const LEFT_BY_ALL: f64 = 0.015;
 pub(crate) const LEFT_CLEAR: f64 = 4.0;
 /// Parameters are named that differ by more than so many standard deviations of the difference.

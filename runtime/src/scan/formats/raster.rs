@@ -49,7 +49,7 @@ mod tests {
                 (f64::from(i / rows) * 0.01, f64::from(i % rows) * 0.01 - 0.9 + 1e-3 * f64::from(i * 7 % 3));
             let d = [azimuth.cos() * elevation.cos(), azimuth.sin() * elevation.cos(), elevation.sin()];
             let range = (0..3).map(|k| [4.0, 3.0, 1.5][k] / d[k].abs()).fold(f64::INFINITY, f64::min);
-            (i % 11 > 0).then(|| std::array::from_fn(|k| range * d[k] + shift[k]))
+            (!i.is_multiple_of(11)).then(|| std::array::from_fn(|k| range * d[k] + shift[k]))
         };
         (0..columns * rows).map(cell).collect()
     }
