@@ -108,6 +108,7 @@ pub(crate) fn left_out(cleaning: &Cleaning) -> String {
         (cleaning.marked, "points that the file marks as invalid"),
         (cleaning.empty, "points without coordinates"),
         (cleaning.cropped, "points outside of the box of --crop"),
+        (cleaning.far, "points far from all others"),
         (cleaning.thinned, cubes.as_str()),
         (cleaning.outliers, "points on no surface"),
         (cleaning.pieces, "points of smaller pieces"),

@@ -72,7 +72,6 @@ fn surface(name: &str, points: &Path) -> (FitResult, Motion) {
     let spread = positions.iter().map(|p| dot(from(centre, *p), from(centre, *p))).sum::<f64>() / n;
     let mesh = TriangleMesh { positions, ..TriangleMesh::default() };
     let scan = Scan {
-        steps: [0.0; 3],
         mesh,
         attributes: Default::default(),
         oriented: false,

@@ -121,3 +121,66 @@ fn a_copy_in_another_form_is_no_other_scan() {
     assert!(error.contains("those of 1.ply times 0.001 (is --unit that of both?)"), "{error}");
     gmlc(path, &["fit", &can, "1.ply", "2.ply", "-o", "fit.json"]);
 }
+
+/// A plate with a post off its middle.
+const POST: &str = "
+use std.solid (box)
+
+model post {
+  param w: length in 20mm..120mm = 60mm
+  param d: length in 15mm..100mm = 40mm
+  param t: length in 2mm..40mm = 12mm
+  param r: length in 3mm..18mm = 9mm
+  param h: length in 5mm..80mm = 30mm
+  param px: length in -25mm..25mm = 10mm
+  param py: length in -18mm..18mm = 4mm
+  part plate = box(width: w, depth: d, height: t)
+  part wall = cylinder(r, h).translate((px, py, t))
+  part cap = disc(r).translate((px, py, t + h))
+}";
+
+/// Clouds without normals of posts with some values, one a file, in poses of their own; the coordinate x of those whose
+/// value begins with `-` has the other sign.
+fn posts(folder: &Path, values: &[&str]) {
+    std::fs::write(folder.join("post.gml"), POST).expect("written");
+    for (n, value) in values.iter().enumerate() {
+        let (seed, out) = (format!("{}", n + 1), format!("{}.xyz", n + 1));
+        let set: Vec<&str> = value.trim_start_matches('-').split(' ').flat_map(|set| ["-p", set]).collect();
+        let kind = ["--cloud", "--spacing", "1.5mm", "--noise", "0.05mm", "--seed", &seed, "-o", &out];
+        gmlc(folder, &[&["scan", "post.gml"], &set[..], &kind].concat());
+        let text = std::fs::read_to_string(folder.join(&out)).expect("a scan");
+        let mirrored = |line: &str| match line.strip_prefix('-') {
+            Some(positive) => positive.to_owned(),
+            None => format!("-{line}"),
+        };
+        let rows = text.lines().filter(|line| !line.starts_with('#')).map(|line| {
+            let point: Vec<&str> = line.split_whitespace().take(3).collect();
+            if value.starts_with('-') { mirrored(&point.join(" ")) } else { point.join(" ") }
+        });
+        let text: Vec<String> = rows.collect();
+        std::fs::write(folder.join(&out), text.join("\n")).expect("written");
+    }
+}
+
+#[test]
+fn scans_of_objects_that_differ_by_more_than_the_loss_reaches_do_not_agree() {
+    let folder = tempdir().expect("a folder");
+    // The cap, a fortieth of the surface, is what does not fit; then a side of the plate; then a mirror image.
+    for (other, named) in [("h=33mm", "`h` is "), ("px=14mm", "`px` is "), ("-h=30mm", "`py` is ")] {
+        posts(folder.path(), &["h=30mm", other]);
+        fails(folder.path(), &["fit", "post.gml", "1.xyz", "2.xyz", "-o", "fit.json"], 4);
+        let said = json(&folder.path().join("fit.json"))["warnings"].to_string();
+        assert!(said.contains("does not agree with the other scans") && said.contains(named), "{other}: {said}");
+    }
+}
+
+#[test]
+fn of_three_scans_the_one_of_another_object_is_named() {
+    let folder = tempdir().expect("a folder");
+    posts(folder.path(), &["h=30mm", "h=34mm", "h=30mm"]);
+    fails(folder.path(), &["fit", "post.gml", "1.xyz", "2.xyz", "3.xyz", "-o", "fit.json"], 4);
+    let fit = json(&folder.path().join("fit.json"));
+    let agree: Vec<bool> =
+        (0..3).map(|n| fit["scans"][n]["agreement"]["agrees"].as_bool().expect("a verdict")).collect();
+    assert_eq!(agree, [true, false, true], "{}", fit["warnings"]);
+}

@@ -142,6 +142,9 @@ pub struct FittedScan {
     /// Whether it agrees with the other scans on the shape. Absent where there is nothing to compare.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub agreement: Option<Agreement>,
+    /// It may be of another object, or in the wrong place: the shape of all explains little of it.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub foreign: bool,
 }
 
 /// A test of whether the shape of one scan, fitted to it alone, is that of the other scans, fitted without it: Wald's,

@@ -30,11 +30,14 @@ impl FitResult {
         if !self.converged {
             return Some("the last stage did not converge".to_owned());
         }
-        self.scans.iter().enumerate().find_map(|(n, scan)| {
+        let of_scan = |(n, scan): (usize, &FittedScan)| {
             let path = &scan.source.path;
             let name = if path.is_empty() { format!("scan {}", n + 1) } else { path.clone() };
             scan.shortcoming(self.loss, &name)
-        })
+        };
+        // Two scans of which one is of another object do not agree either.
+        let foreign = self.scans.iter().enumerate().filter(|(_, scan)| scan.foreign).find_map(of_scan);
+        foreign.or_else(|| self.scans.iter().enumerate().find_map(of_scan))
     }
 }
 
@@ -44,6 +47,9 @@ impl FittedScan {
         if !(self.inliers >= EXPLAINED) {
             let (share, within) = (100.0 * self.inliers, Loss { kind: loss, sigma: self.sigma }.half());
             return Some(format!("only {share:.0} % of the points of {name} lie within {within:.3} mm of the model"));
+        }
+        if self.foreign {
+            return Some(format!("{name} may be of another object, or in the wrong place"));
         }
         let agrees = self.agreement.as_ref().is_none_or(|agreement| agreement.agrees);
         (!agrees).then(|| format!("{name} does not agree with the other scans on the shape"))
@@ -68,10 +74,15 @@ mod tests {
             pose_covariance: None,
             rms: 0.1,
             noise: 0.1,
+            foreign: false,
         };
         let said = |scans| FitResult { converged: true, inliers: 0.9, scans, ..FitResult::default() }.shortcoming();
         assert_eq!(said(vec![scan("a", 0.9, true), scan("b", 0.9, true)]), None);
         assert!(said(vec![scan("a", 0.9, true), scan("b", 0.4, true)]).is_some_and(|why| why.contains("points of b")));
+        let foreign = FittedScan { foreign: true, ..scan("b", 0.9, true) };
+        assert!(
+            said(vec![scan("a", 0.9, true), foreign]).is_some_and(|why| why.contains("b may be of another object"))
+        );
         assert!(
             said(vec![scan("a", 0.9, true), scan("", 0.9, false)]).is_some_and(|why| why.contains("scan 2 does not"))
         );

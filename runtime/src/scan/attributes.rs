@@ -1,6 +1,7 @@
 //! What a scan has beside its geometry: colours, intensities, where the scanner stood, and of which scan its points
 //! are.
 
+use super::rounded::Rounded;
 use crate::mesh::retain_marked;
 
 /// What a scan has beside its geometry. Lists are empty, or as long as that of the positions.
@@ -14,6 +15,9 @@ pub struct Attributes {
     pub stations: Stations,
     /// The number of the scan that a station belongs to, where several were put together.
     pub parts: ScanParts,
+    /// To what the coordinates are rounded in the file, where that is coarse beside the noise. (While a file is read:
+    /// in which frames they stand there.)
+    pub rounded: Rounded,
 }
 
 /// The scans of which one was put together. Empty of a scan that is one file's.
@@ -122,6 +126,7 @@ impl Attributes {
         retain_marked(&mut self.intensities, marks);
         retain_marked(&mut self.stations.of_points, marks);
         retain_marked(&mut self.parts.of_points, marks);
+        self.rounded.retain_marked(marks);
     }
 
     /// Those of some of the points.
@@ -136,6 +141,10 @@ impl Attributes {
             intensities: chosen(&self.intensities, points),
             stations: Stations { places: self.stations.places.clone(), of_points },
             parts,
+            rounded: Rounded {
+                frames: self.rounded.frames.clone(),
+                of_points: chosen(&self.rounded.of_points, points),
+            },
         }
     }
 
@@ -162,6 +171,10 @@ impl Attributes {
             parts: ScanParts {
                 paths: self.parts.paths.clone(),
                 of_points: firsts(&self.parts.of_points, places, count),
+            },
+            rounded: Rounded {
+                frames: self.rounded.frames.clone(),
+                of_points: firsts(&self.rounded.of_points, places, count),
             },
         }
     }

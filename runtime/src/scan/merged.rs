@@ -1,6 +1,7 @@
 //! Several scans as one.
 
 use super::attributes::{Attributes, ScanParts, Station, Stations};
+use super::rounded::{self, Rounded};
 use super::source::{Cleaning, ScanSource};
 use super::{Scan, noise};
 use crate::mesh::{Group, TriangleMesh};
@@ -37,9 +38,7 @@ impl Scan {
         let source = source(scans, &mesh);
         let oriented = scans.iter().all(|scan| scan.oriented);
         let warnings = scans.iter().flat_map(|scan| named(scan, &scan.warnings)).collect();
-        // They run along other axes where a scan is turned; none is lost.
-        let steps = std::array::from_fn(|k| scans.iter().map(|scan| scan.steps[k]).fold(0.0, f64::max));
-        Self { attributes: attributes(scans, frames), mesh, oriented, source, noise, steps, warnings }
+        Self { attributes: attributes(scans, frames), mesh, oriented, source, noise, warnings }
     }
 
     /// Several scans that have one frame already, as one; its noise is estimated anew, for what they are off from each
@@ -99,11 +98,14 @@ fn attributes(scans: &[Scan], frames: &[Station]) -> Attributes {
             stations.of_points.extend(of_points.chain(std::iter::repeat_n(Stations::UNKNOWN, lacking)));
         }
     }
+    let steps: Vec<&Rounded> = scans.iter().map(|scan| &scan.attributes.rounded).collect();
+    let counts: Vec<usize> = scans.iter().map(|scan| scan.mesh.positions.len()).collect();
     Attributes {
         colours: joined(scans, |scan| &scan.attributes.colours),
         intensities: joined(scans, |scan| &scan.attributes.intensities),
         stations,
         parts: parts(scans),
+        rounded: rounded::merged(&steps, frames, &counts),
     }
 }
 
@@ -138,12 +140,12 @@ mod tests {
             },
             attributes: Attributes {
                 stations: Stations { places: vec![Station::at([x, 0.0, 9.0])], of_points: vec![0; 3] },
+                rounded: Rounded::to([0.0, 0.0, 0.1 * x]),
                 ..Attributes::default()
             },
             oriented: true,
             source: ScanSource { path: path.into(), sha256: path.into(), unit: "mm".into(), ..ScanSource::default() },
             noise: 0.1 * x,
-            steps: [0.0, 0.0, 0.1 * x],
             warnings: vec!["a fault".into()],
         }
     }
@@ -166,7 +168,7 @@ mod tests {
         assert_eq!(merged.attributes.stations.of(4).unwrap().direction([1.0, 0.0, 0.0]), [0.0, 1.0, 0.0]);
         // The root of the mean of 0.01 and 0.09.
         assert!((merged.noise - 0.05_f64.sqrt()).abs() < 1e-12);
-        assert_eq!(merged.steps, [0.0, 0.0, 0.1 * 3.0]);
+        assert_eq!(merged.attributes.rounded.largest(), 0.1 * 3.0);
         assert_eq!((merged.source.path.as_str(), merged.source.unit.as_str()), ("a.ply, b.ply", "mm"));
         assert!(merged.source.sha256.len() == 64 && merged.warnings == ["a.ply: a fault", "b.ply: a fault"]);
         let mixed = Scan { mesh: TriangleMesh { triangles: Vec::new(), ..scan("c", 0.0).mesh }, ..scan("c", 0.0) };

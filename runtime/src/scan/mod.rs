@@ -13,6 +13,7 @@ mod crop;
 mod empty_space;
 mod equal;
 mod error;
+mod far;
 mod file;
 mod format;
 mod formats;
@@ -29,10 +30,12 @@ mod prepare;
 mod raw;
 mod read;
 mod reservoir;
+mod rounded;
 mod simplify;
 mod source;
 mod spacing;
 mod spikes;
+mod stations;
 mod steps;
 mod surface;
 mod survey;
@@ -52,6 +55,7 @@ pub use options::ReadOptions;
 pub(crate) use outliers::outliers;
 pub use prepare::from_mesh;
 pub use read::{ReferenceMesh, read, read_mesh, read_surface};
+pub use rounded::{Frame, Rounded};
 pub use source::{Cleaning, ScanSource};
 pub(crate) use spacing::spacings;
 pub(crate) use spikes::spikes;
@@ -79,9 +83,6 @@ pub struct Scan {
     /// Standard deviation of the noise along the surface's normal, robustly estimated. Millimetres; 0 where there are
     /// too few vertices for an estimate.
     pub noise: f64,
-    /// The steps to which the coordinates are rounded in the file, by axis. Millimetres; 0 where they are finer than
-    /// the noise, or none are seen.
-    pub steps: [f64; 3],
     /// Sentences for the user about faults of the file that were put up with.
     pub warnings: Vec<String>,
 }
@@ -114,15 +115,14 @@ impl Scan {
         let points = mesh.positions.len();
         let source =
             ScanSource { sha256: String::new(), points, triangles: mesh.triangles.len(), ..self.source.clone() };
-        let steps = self.steps;
-        let noise = noise::estimate(&mesh, self.oriented).deviation.max(steps::deviation(steps, &mesh.normals));
-        Self { mesh, attributes, source, noise, steps, warnings: Vec::new(), oriented: self.oriented }
+        let noise = noise::estimate(&mesh, self.oriented).deviation.max(attributes.rounded.deviation(&mesh.normals));
+        Self { mesh, attributes, source, noise, warnings: Vec::new(), oriented: self.oriented }
     }
 
     /// The standard deviation along the normals of the rounding of the coordinates, where it is coarse beside the
     /// noise: it may be the same all over a face. Millimetres; else 0.
     pub(crate) fn rounding(&self) -> f64 {
-        steps::deviation(self.steps, &self.mesh.normals)
+        self.attributes.rounded.deviation(&self.mesh.normals)
     }
 
     /// Its mirror image: x is turned round.
@@ -131,6 +131,7 @@ impl Scan {
         let mut mirrored = self.clone();
         let places = &mut mirrored.attributes.stations.places;
         places.iter_mut().for_each(|station| station.place[0] = -station.place[0]);
+        mirrored.attributes.rounded.mirror();
         let lists = [&mut mirrored.mesh.positions, &mut mirrored.mesh.normals];
         lists.into_iter().flatten().for_each(|[x, ..]| *x = -*x);
         mirrored.mesh.triangles.iter_mut().for_each(|t| t.swap(1, 2));

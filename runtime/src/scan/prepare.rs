@@ -4,14 +4,16 @@ use super::attributes::Attributes;
 use super::clean::{self, Cleaned};
 use super::equal::{first_equal, position_key};
 use super::error::ScanFault;
+use super::far;
 use super::normals::OverNeighbourhoods;
 use super::options::ReadOptions;
 use super::pieces;
 use super::raw::RawMesh;
+use super::rounded::Rounded;
 use super::simplify;
-use super::source::ScanSource;
+use super::source::{Cleaning, ScanSource};
 use super::unit::Unit;
-use super::{Scan, noise, normals, steps, surface};
+use super::{Scan, noise, normals, stations, surface};
 use crate::mesh::{TriangleMesh, retain_marked};
 use gml_compiler::number::plain;
 
@@ -39,31 +41,28 @@ pub fn from_mesh(mesh: TriangleMesh, name: &str) -> Result<Scan, ScanFault> {
 
 /// Cleans what a file has; `unit` is that of its coordinates, in millimetres.
 pub(super) fn finish(
-    raw: RawMesh,
+    mut raw: RawMesh,
     unit: f64,
     mut source: ScanSource,
     options: &ReadOptions,
 ) -> Result<Scan, ScanFault> {
+    let (gone, far) = far::leave_out(&mut raw, unit, &source.path).unzip();
     let given = !raw.normals.is_empty() || !raw.corner_normals.is_empty();
     let points = raw.positions.len();
-    let steps = steps::steps(&raw.positions).map(|step| step * unit);
+    let found = Rounded::find(&raw.positions, &raw.attributes.rounded, &raw.attributes.stations);
+    raw.attributes.rounded = found.scaled(unit);
+    let sides = raw.sides.take();
     let Cleaned { mut mesh, mut attributes, mut oriented, turned, dropped } =
         clean::clean(&raw.into_millimetres(unit)?)?;
     let cleaning = &mut source.cleaning;
     (cleaning.without_area, cleaning.repeated) = (dropped.without_area as u64, dropped.repeated as u64);
     (cleaning.equal_points, cleaning.unused) = (dropped.equal_points as u64, dropped.unused as u64);
+    cleaning.far = gone.unwrap_or(0);
     let coincident = dropped.coincident(points);
-    let mut warnings: Vec<String> =
-        dropped.warning().map(|dropped| format!("`{}`: {dropped}", source.path)).into_iter().collect();
-    if options.drop_outliers {
-        cleaning.outliers = pieces::drop_outliers(&mut mesh, &mut attributes) as u64;
-    }
-    if options.keep_largest {
-        cleaning.pieces = pieces::keep_largest(&mut mesh, &mut attributes) as u64;
-    }
-    if let Some(most) = options.decimate {
-        cleaning.decimated = simplify::simplify(&mut mesh, &mut attributes, most) as u64;
-    }
+    let of_triangles = dropped.warning().map(|dropped| format!("`{}`: {dropped}", source.path));
+    let mut warnings: Vec<String> = far.into_iter().chain(of_triangles).collect();
+    choose(&mut mesh, &mut attributes, options, cleaning);
+    warnings.extend(stations::take_away_impossible(&mesh, &mut attributes.stations, &source.path));
     if !oriented && normals::turn_to_stations(&mut mesh, &attributes.stations) {
         oriented = true;
     }
@@ -74,24 +73,38 @@ pub(super) fn finish(
         );
     }
     let noise = settle_normals(&mut mesh, &mut oriented, given, &mut warnings);
-    let steps = steps::coarse(steps, &mesh, noise, coincident);
-    let noise = noise.max(steps::deviation(steps, &mesh.normals));
-    warnings.extend(rounded(steps, &source.path));
+    let cut = sides.map(|sides| sides.warnings(noise, mesh.positions.len(), &source.path));
+    warnings.extend(cut.unwrap_or_default());
+    attributes.rounded = std::mem::take(&mut attributes.rounded).coarse(&mesh, noise, coincident);
+    let noise = noise.max(attributes.rounded.deviation(&mesh.normals));
+    warnings.extend(rounded(attributes.rounded.largest(), &source.path));
     if options.surface && mesh.triangles.is_empty() {
         warnings.push(make_surface(&mut mesh, &mut attributes, oriented, &mut source)?.1);
     }
     source.points = mesh.positions.len();
     source.triangles = mesh.triangles.len();
-    Ok(Scan { mesh, attributes, oriented, source, noise, steps, warnings })
+    Ok(Scan { mesh, attributes, oriented, source, noise, warnings })
+}
+
+/// Leaves out what the user does not want.
+fn choose(mesh: &mut TriangleMesh, attributes: &mut Attributes, options: &ReadOptions, cleaning: &mut Cleaning) {
+    if options.drop_outliers {
+        cleaning.outliers = pieces::drop_outliers(mesh, attributes) as u64;
+    }
+    if options.keep_largest {
+        cleaning.pieces = pieces::keep_largest(mesh, attributes) as u64;
+    }
+    if let Some(most) = options.decimate {
+        cleaning.decimated = simplify::simplify(mesh, attributes, most) as u64;
+    }
 }
 
 /// A sentence on coordinates whose steps are coarse.
-fn rounded(steps: [f64; 3], path: &str) -> Option<String> {
-    let coarsest = steps.into_iter().fold(0.0, f64::max);
+fn rounded(coarsest: f64, path: &str) -> Option<String> {
     (coarsest > 0.0).then(|| {
         let step = format!("{coarsest:.2e}").parse().map_or_else(|_| plain(coarsest), plain);
         format!(
-            "`{path}`: its coordinates are rounded to steps of {step} mm, which are larger than the noise: a face may lie off by half a step; export them with more digits, or in double precision"
+            "`{path}`: its coordinates are rounded to steps of {step} mm, which are larger than the noise: a face may lie off by half a step, and by a whole one if digits were cut off; export them with more digits, or in double precision"
         )
     })
 }

@@ -1,11 +1,13 @@
 //! The geometry of a file as it stands there, in the file's unit: the output of the readers.
 
 use super::attributes::Attributes;
+use super::crop::Sides;
 use super::error::ScanFault;
 use super::polygon::{Budget, Triangulation, is_tangled, triangulate};
+use super::rounded::{Frame, Rounded};
 use crate::mesh::{Group, TriangleMesh};
 use foldhash::fast::RandomState;
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 use std::collections::HashMap;
 
 /// The largest coordinate that is believed, in millimetres: a thousand kilometres. Squares and products of such lengths
@@ -44,6 +46,8 @@ pub(super) struct RawMesh {
     pub(super) unit: Option<f64>,
     /// The file does not state it: it is that which files of the format have.
     pub(super) is_usual_unit: bool,
+    /// What the sides of a box cut through, if one was cut out.
+    pub(super) sides: Option<Box<Sides>>,
     /// Names of the fields of its points that are not read.
     pub(super) ignored: Vec<String>,
     /// Sentences about what of the file is left out, or looks as if it was lost before.
@@ -90,6 +94,17 @@ impl RawMesh {
             corners > MANY && is_tangled(corners_of_fan(&self.triangles[start..start + corners as usize - 2]))
         };
         self.polygons.iter().find(is_tangled).map(|polygon| (polygon.place, polygon.corners))
+    }
+
+    /// Takes down that the positions which have come last were moved: their coordinates were rounded before.
+    pub(super) fn placed_by(&mut self, transform: DAffine3) {
+        let Rounded { frames, of_points } = &mut self.attributes.rounded;
+        let frame = Frame::moved_by(transform);
+        if frames.last() != Some(&frame) {
+            frames.push(frame);
+        }
+        // A file of more nodes than that has few points in each.
+        of_points.resize(self.positions.len(), u16::try_from(frames.len() - 1).unwrap_or(u16::MAX));
     }
 
     /// Scales to millimetres and checks that every position is usable.

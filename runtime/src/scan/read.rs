@@ -112,7 +112,12 @@ impl Contents {
                     let mut points = reservoir(raw.unit);
                     hand_on(&raw, &mut points)?;
                     let (kept, cleaning, scans) = points.finish();
-                    (RawMesh { unit: raw.unit, warnings: raw.warnings, ignored: raw.ignored, ..kept }, cleaning, scans)
+                    let mut kept = RawMesh { unit: raw.unit, warnings: raw.warnings, ignored: raw.ignored, ..kept };
+                    // Readers of clouds know of stations only. Of some of the points nothing tells which they were.
+                    if kept.positions.len() == raw.positions.len() {
+                        kept.attributes.rounded = raw.attributes.rounded;
+                    }
+                    (kept, cleaning, scans)
                 } else {
                     let points = raw.positions.len() as u64;
                     (raw, Cleaning { points, ..Cleaning::default() }, Vec::new())

@@ -6,6 +6,7 @@
 
 use super::attributes::{Attributes, Stations};
 use super::cloud::{Entry, NoPoint, Points, RawPoint};
+use super::crop::Sides;
 use super::error::ScanFault;
 use super::raw::RawMesh;
 use super::source::Cleaning;
@@ -37,7 +38,7 @@ pub(super) struct Reservoir<'a> {
     /// What the file says, or what is usual.
     stated: Option<f64>,
     is_usual: bool,
-    crop: Option<Bounds>,
+    crop: Option<Box<Sides>>,
     /// The edge of the cubes; none as long as all points are kept.
     edge: Option<f64>,
     most: usize,
@@ -149,7 +150,7 @@ impl<'a> Reservoir<'a> {
             given,
             stated: None,
             is_usual: false,
-            crop,
+            crop: crop.map(|bounds| Box::new(Sides::new(bounds))),
             edge: voxel,
             most,
             cells: HashMap::default(),
@@ -271,6 +272,7 @@ impl<'a> Reservoir<'a> {
             attributes,
             unit: self.stated,
             is_usual_unit: self.is_usual,
+            sides: self.crop,
             warnings: self.warnings,
             ignored: self.ignored,
             ..RawMesh::default()
@@ -318,7 +320,7 @@ impl Points for Reservoir<'_> {
                 scan.points += 1;
             }
             let at = DVec3::from(point.position) * scale;
-            if self.crop.is_some_and(|b| at.cmplt(b.low).any() || at.cmpgt(b.high).any()) {
+            if self.crop.as_mut().is_some_and(|sides| !sides.take(at)) {
                 self.counts.cropped += 1;
                 continue;
             }

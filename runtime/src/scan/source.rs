@@ -41,6 +41,9 @@ pub struct Cleaning {
     /// Points outside of the box of `--crop`.
     #[serde(skip_serializing_if = "is_zero")]
     pub cropped: u64,
+    /// Points of a cloud that are far from all others.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub far: u64,
     /// Points of which another one in the same cube is kept.
     #[serde(skip_serializing_if = "is_zero")]
     pub thinned: u64,

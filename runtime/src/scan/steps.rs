@@ -5,6 +5,7 @@
 //! the residuals calls them certain. So the steps are read off the coordinates themselves.
 
 use super::neighbours::Neighbours;
+use super::rounded::Frame;
 use crate::mesh::TriangleMesh;
 use crate::robust::median;
 use rayon::prelude::*;
@@ -14,8 +15,13 @@ use std::collections::BTreeMap;
 /// them: steps of a millionth of the scan's size are still found.
 const SAMPLES: usize = 20_000;
 /// Fewer coordinates, or fewer different ones, show no steps: those of a designed object are few.
-const FEWEST: usize = 200;
+pub(super) const FEWEST: usize = 200;
 const FEWEST_GAPS: usize = 8;
+/// The least share of the coordinates that have a step, for it to matter: a face of the object has so many.
+const SHARE: f64 = 0.05;
+/// Coordinates come again and again that come at least so many times as often as the median of those that come twice:
+/// others do so by chance.
+const OF_USUAL: f64 = 0.25;
 /// How far from a whole number of steps a difference of two coordinates may be, in steps: that of a random one is
 /// nearer once in ten times.
 const OFF: f64 = 0.05;
@@ -31,27 +37,72 @@ const COARSE: f64 = 1.0;
 const OF_SPACING: f64 = 0.72;
 const COINCIDENT: f64 = 0.05;
 
-/// The step of the coordinates of every axis, as they stand in the file; 0 where none is seen.
-pub(crate) fn steps(positions: &[[f64; 3]]) -> [f64; 3] {
+/// The step of coordinates along an axis.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Step {
+    /// 0 where none is seen.
+    pub(crate) length: f64,
+    /// It is that of numbers of so many digits: larger ones have a larger step, by a power of ten or two.
+    pub(crate) of_digits: bool,
+}
+
+/// The steps of the coordinates of points in a frame.
+pub(crate) fn steps(positions: &[[f64; 3]], frame: &Frame) -> [Step; 3] {
     let every = positions.len().div_ceil(SAMPLES).max(1);
+    let local: Vec<[f64; 3]> = positions.iter().step_by(every).map(|p| frame.local(*p)).collect();
+    // Numbers that were moved and moved back have lost some of their last digits.
+    let all = positions.iter().step_by(every).chain([&frame.origin]).flatten();
+    let farthest = all.fold(0.0, |a: f64, c| a.max(c.abs()));
+    let scale = frame.rows.iter().flatten().fold(0.0, |a: f64, c| a.max(c.abs()));
     std::array::from_fn(|k| {
-        let mut values: Vec<f64> = positions.iter().step_by(every).map(|p| p[k]).collect();
+        let mut values: Vec<f64> = local.iter().map(|p| p[k]).collect();
         values.sort_unstable_by(f64::total_cmp);
-        of_axis(&values)
+        of_axis(&values, 8.0 * f64::EPSILON * scale * farthest)
     })
 }
 
 /// The step of sorted coordinates: by the power of two and of ten that they are in, as numbers of so many digits have
-/// it, or the same for all where there are few of a size; the quadratic mean of those.
-fn of_axis(values: &[f64]) -> f64 {
-    let of_all = common(values).unwrap_or_else(|| of_single(values));
+/// it, or the same for all where there are few of a size; the largest of those that a part of the points have.
+/// Coordinates that differ by `rounding` are the same.
+fn of_axis(values: &[f64], rounding: f64) -> Step {
+    let of_all = common(values, rounding).unwrap_or_else(|| of_single(values));
     let mut by_size: BTreeMap<(bool, i64, i64), Vec<f64>> = BTreeMap::new();
     for value in values {
         let size = (*value < 0.0, value.abs().log2().floor() as i64, value.abs().log10().floor() as i64);
         by_size.entry(size).or_default().push(*value);
     }
-    let square = |of_size: &Vec<f64>| of_size.len() as f64 * common(of_size).unwrap_or(of_all).powi(2);
-    (by_size.values().map(square).sum::<f64>() / values.len().max(1) as f64).sqrt()
+    let of_sizes: Vec<(f64, usize)> =
+        by_size.values().map(|of_size| (common(of_size, rounding).unwrap_or(of_all), of_size.len())).collect();
+    let mut steps: Vec<(f64, usize)> = of_sizes.iter().copied().chain(repeated(values, rounding)).collect();
+    steps.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let mut have = 0;
+    let of_many = |(_, count): &&(f64, usize)| {
+        have += count;
+        have as f64 >= SHARE * values.len() as f64
+    };
+    let length = steps.iter().find(of_many).map_or(0.0, |(step, _)| *step);
+    let many = of_sizes.iter().filter(|(_, count)| *count >= FEWEST).map(|(step, _)| *step);
+    let least = many.clone().fold(f64::INFINITY, f64::min);
+    let of_digits = least > 0.0 && length > 1.5 * least && many.chain([length]).all(|step| is_power(step / least));
+    Step { length, of_digits }
+}
+
+/// Whether a number is a power of ten or of two.
+fn is_power(x: f64) -> bool {
+    [x.log10(), x.log2()].iter().any(|power| (power - power.round()).abs() < 0.01)
+}
+
+/// The step of those of the sorted coordinates that come again and again, and their number: where some points are not
+/// rounded, or are to other steps, these are the others. Of coordinates with many digits none come twice.
+fn repeated(values: &[f64], rounding: f64) -> Option<(f64, usize)> {
+    let runs: Vec<&[f64]> = values.chunk_by(|a, b| b - a <= rounding).filter(|run| run.len() > 1).collect();
+    let mut counts: Vec<f64> = runs.iter().map(|run| run.len() as f64).collect();
+    let usual = OF_USUAL * median(&mut counts)?;
+    let often: Vec<f64> = runs.into_iter().filter(|run| run.len() as f64 >= usual).flatten().copied().collect();
+    if (often.len() as f64) < SHARE * values.len() as f64 {
+        return None;
+    }
+    Some((common(&often, rounding)?, often.len()))
 }
 
 /// The step of single precision where it is so wide that sorted coordinates are hardly any different ones; else 0.
@@ -63,10 +114,7 @@ fn of_single(values: &[f64]) -> f64 {
 }
 
 /// The step of which all differences of sorted coordinates are whole multiples.
-fn common(values: &[f64]) -> Option<f64> {
-    let largest = values.first()?.abs().max(values.last()?.abs());
-    // Decimal numbers are rounded to binary ones.
-    let rounding = 8.0 * f64::EPSILON * largest;
+fn common(values: &[f64], rounding: f64) -> Option<f64> {
     let gaps: Vec<f64> = values.windows(2).map(|pair| pair[1] - pair[0]).filter(|gap| *gap > rounding).collect();
     if values.len() < FEWEST || gaps.len() < FEWEST_GAPS {
         return None;
@@ -77,22 +125,35 @@ fn common(values: &[f64]) -> Option<f64> {
     gaps.iter().filter(|gap| **gap < FAR * step).all(is_whole).then_some(step)
 }
 
-/// Those of the steps that are the rounding of measured coordinates, and coarse beside the noise: a raster's points lie
-/// on a grid too, and are exact there. In millimetres, as the steps and the noise; `coincident` is the share of points,
-/// or of triangles, that fell together with another one, or vanished.
-pub(super) fn coarse(steps: [f64; 3], mesh: &TriangleMesh, noise: f64, coincident: f64) -> [f64; 3] {
-    let bounds = mesh.bounds();
-    let least = (COARSE * noise).max(FINE * bounds.diagonal());
-    if steps.iter().all(|step| *step <= least) {
-        return [0.0; 3];
+/// Whether some steps are coarse beside the noise. Millimetres.
+pub(super) fn any_coarse(frames: &[Frame], mesh: &TriangleMesh, noise: f64) -> bool {
+    let least = least(mesh, noise);
+    frames.iter().any(|frame| (0..3).any(|k| is_coarse(frame, k, least)))
+}
+
+/// The step above which rounding is coarse.
+fn least(mesh: &TriangleMesh, noise: f64) -> f64 {
+    (COARSE * noise).max(FINE * mesh.bounds().diagonal())
+}
+
+fn is_coarse(frame: &Frame, k: usize, least: f64) -> bool {
+    frame.step(k).1 > least
+}
+
+/// Sets steps to 0 but those that are the rounding of measured coordinates, and coarse beside the noise: a raster's
+/// points lie on a grid too, and are exact there. In millimetres, as the noise; `largest` has the largest coordinates
+/// by frame, and `coincident` is the share of points, or of triangles, that fell together with another one, or
+/// vanished.
+pub(super) fn coarse(frames: &mut [Frame], largest: &[[f64; 3]], mesh: &TriangleMesh, noise: f64, coincident: f64) {
+    let (spacing, least) = (spacing(&mesh.positions), least(mesh, noise));
+    for (frame, largest) in frames.iter_mut().zip(largest) {
+        let counts = |k: usize| {
+            let is_single = frame.steps[k] <= 1.001 * f64::from(f32::EPSILON) * largest[k];
+            let is_grid = frame.step(k).1 >= OF_SPACING * spacing && coincident <= COINCIDENT;
+            is_coarse(frame, k, least) && (is_single || frame.of_digits[k] || !is_grid)
+        };
+        frame.steps = std::array::from_fn(|k| if counts(k) { frame.steps[k] } else { 0.0 });
     }
-    let spacing = spacing(&mesh.positions);
-    let counts = |k: usize| {
-        let (step, largest) = (steps[k], bounds.low[k].abs().max(bounds.high[k].abs()));
-        let is_single = step <= 1.001 * f64::from(f32::EPSILON) * largest;
-        step > least && (is_single || step < OF_SPACING * spacing || coincident > COINCIDENT)
-    };
-    std::array::from_fn(|k| if counts(k) { steps[k] } else { 0.0 })
 }
 
 /// The median distance of points from their nearest neighbours.
@@ -107,16 +168,6 @@ fn spacing(positions: &[[f64; 3]]) -> f64 {
     median(&mut distances).unwrap_or(0.0)
 }
 
-/// The standard deviation along the normals of points whose coordinates are rounded to steps.
-pub(super) fn deviation(steps: [f64; 3], normals: &[[f64; 3]]) -> f64 {
-    let variance = steps.map(|step| step * step / 12.0);
-    let along = |n: &[f64; 3]| (0..3).map(|k| variance[k] * n[k] * n[k]).sum::<f64>();
-    if normals.is_empty() {
-        return (variance.iter().sum::<f64>() / 3.0).sqrt();
-    }
-    (normals.iter().map(along).sum::<f64>() / normals.len() as f64).sqrt()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -126,6 +177,16 @@ mod tests {
     fn random(count: usize, low: f64, high: f64) -> Vec<[f64; 3]> {
         let mut random = ChaCha8Rng::seed_from_u64(3);
         (0..count).map(|_| std::array::from_fn(|_| random.random_range(low..high))).collect()
+    }
+
+    fn steps(points: &[[f64; 3]]) -> [f64; 3] {
+        super::steps(points, &Frame::own([0.0; 3])).map(|step| step.length)
+    }
+
+    fn coarse(steps: [f64; 3], mesh: &TriangleMesh, noise: f64, coincident: f64) -> [f64; 3] {
+        let mut frames = [Frame::own(steps)];
+        super::coarse(&mut frames, &[[60.0; 3]], mesh, noise, coincident);
+        frames[0].steps
     }
 
     fn rounded(points: &[[f64; 3]], by: impl Fn(f64) -> f64) -> [f64; 3] {
@@ -157,8 +218,27 @@ mod tests {
         // Six decimal ones: half of these numbers have three before the point, the others two.
         let six = |c: f64| format!("{c:.5e}").parse().unwrap();
         let found = rounded(&random(30_000, 50.0, 150.0), six);
-        let expected = f64::sqrt(0.5 * (1e-6 + 1e-8));
-        assert!(found.iter().all(|step| (step / expected - 1.0).abs() < 0.05), "{found:?}");
+        let points: Vec<[f64; 3]> = random(30_000, 50.0, 150.0).iter().map(|p| p.map(six)).collect();
+        assert!(super::steps(&points, &Frame::own([0.0; 3])).iter().all(|step| step.of_digits));
+        // The largest one that many have counts.
+        assert!(found.iter().all(|step| (step / 1e-3 - 1.0).abs() < 1e-3), "{found:?}");
+    }
+
+    #[test]
+    fn points_that_are_not_rounded_do_not_hide_the_steps_of_the_others() {
+        let mut points = random(30_000, -30.0, 30.0);
+        for digits in [1e3, 1e6] {
+            for (i, p) in points.iter_mut().enumerate() {
+                let step = if i % 10 == 0 { 1.0 / digits } else { 0.2 };
+                *p = p.map(|c| (c / step).round() * step);
+            }
+            let found = steps(&points);
+            assert!(found.iter().all(|step| (step - 0.2).abs() < 1e-6), "{found:?}");
+        }
+        // Half of the points have a step of 0.5 m, a tenth of a millimetre the others.
+        let points = random(30_000, -30.0, 30.0);
+        let found = rounded(&points, |c| if c > 10.0 { (c * 2.0).round() / 2.0 } else { (c * 1e4).round() / 1e4 });
+        assert!(found.iter().all(|step| (step - 0.5).abs() < 1e-6), "{found:?}");
     }
 
     #[test]
@@ -190,15 +270,5 @@ mod tests {
         assert_eq!(coarse(steps(&flat.positions), &flat, 0.3, 0.0), [0.0; 3]);
         // So are all, where some points fell together.
         assert_eq!(coarse(steps(&flat.positions), &flat, 0.0, 0.3), [1.0, 1.0, 0.25]);
-    }
-
-    #[test]
-    fn rounding_has_a_twelfth_of_the_squared_step_as_its_variance() {
-        let expected = 0.6 / 12f64.sqrt();
-        assert!((deviation([0.6; 3], &[[0.6, 0.0, 0.8], [0.0, 1.0, 0.0]]) - expected).abs() < 1e-15);
-        assert!(
-            (deviation([0.6, 0.0, 0.0], &[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]) - expected / 2f64.sqrt()).abs() < 1e-15
-        );
-        assert_eq!(deviation([0.0; 3], &[]), 0.0);
     }
 }

@@ -170,7 +170,7 @@ impl Survey {
             high: bounds.high.into(),
             spacing: spacing(&tree, &mesh.positions),
             noise: scan.noise,
-            precision: scan.steps.into_iter().reduce(f64::max).filter(|step| *step > 0.0),
+            precision: Some(scan.attributes.rounded.largest()).filter(|step| *step > 0.0),
             oriented: scan.oriented,
             colours: !scan.attributes.colours.is_empty(),
             intensity: (!intensities.is_empty()).then_some(range),

@@ -3,6 +3,7 @@
 //! all scans hold the very difference that is in question.
 
 use super::joint::JointUncertainty;
+use super::rounding;
 use super::sandwich::Uncertainty;
 use super::significance::chi_squared_tail;
 use crate::eigen;
@@ -29,6 +30,8 @@ impl Shape {
     pub(crate) fn of(of: &[Solution], uncertainty: Option<JointUncertainty>) -> Option<Self> {
         let first = &of[0];
         let uncertainty = uncertainty.filter(JointUncertainty::is_held)?.of_scans.swap_remove(0);
+        // Rounded coordinates put whole faces off, in one scan by another amount than in the next.
+        let uncertainty = if of.len() == 1 { rounding::include(first, uncertainty) } else { uncertainty };
         // Beyond a part of the object's size a shape is not linear in its parameters.
         let uncertainty = uncertainty.within(UNCERTAIN * first.level.problem.radius);
         let x = first.level.space.x(&first.estimate.z)?;

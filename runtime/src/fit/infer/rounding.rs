@@ -11,6 +11,7 @@ use super::sandwich::Uncertainty;
 use crate::fit::problem::objective::Objective;
 use crate::fit::problem::rows::{AllRows, Rows};
 use crate::fit::refine::schedule::Solution;
+use crate::scan::Rounded;
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::{PI, TAU};
 
@@ -19,13 +20,17 @@ const TERMS: usize = 4;
 /// What the mean square of the fourth term is multiplied by, to stand for all after it: the sum of 1 / m^2 from 4 on.
 const LAST: f64 = 16.0 * (PI * PI / 6.0 - 1.0 - 1.0 / 4.0 - 1.0 / 9.0);
 
+/// Frames that are told apart. Of more of them, some have the same sums: their phases are independent, so that the mean
+/// square of what they add is the same.
+const FRAMES: usize = 8;
+
 /// The uncertainty with that of rounding.
 pub(crate) fn include(solution: &Solution, uncertainty: Uncertainty) -> Uncertainty {
-    let steps = solution.level.problem.scan.steps;
-    if steps == [0.0; 3] {
+    let rounded = &solution.level.problem.scan.attributes.rounded;
+    if rounded.frames.is_empty() {
         return uncertainty;
     }
-    let Some(pulls) = pulls(solution, steps) else { return uncertainty };
+    let Some(pulls) = pulls(solution, rounded) else { return uncertainty };
     let mut covariance = uncertainty.covariance.clone();
     for pull in &pulls {
         let moved = &uncertainty.inverse * pull;
@@ -34,26 +39,34 @@ pub(crate) fn include(solution: &Solution, uncertainty: Uncertainty) -> Uncertai
     Uncertainty { covariance, ..uncertainty }
 }
 
-/// Sums of w J n e over the points of every face, term, and phase, times the root of their mean square.
-fn pulls(solution: &Solution, steps: [f64; 3]) -> Option<Vec<DVector<f64>>> {
+/// Sums of w J n e over the points of every face, frame, term, and phase, times the root of their mean square.
+fn pulls(solution: &Solution, rounded: &Rounded) -> Option<Vec<DVector<f64>>> {
     let Solution { level, estimate, cache, .. } = solution;
-    let objective = Objective { cache: Some(cache.clone()), ..solution.objective(&level.problem.points) };
+    let points = &level.problem.points;
+    let objective = Objective { cache: Some(cache.clone()), ..solution.objective(points) };
     let all = AllRows::new(&objective, estimate)?;
     let chain = level.space.chain(estimate);
     let turn = estimate.motion.rotation;
-    let faces = 6 * level.space.model.parts().len();
+    let frames = rounded.frames.len().min(FRAMES);
+    let faces = 6 * frames * level.space.model.parts().len();
     let none = || DMatrix::zeros(chain.nrows(), faces * TERMS * 2);
     let add = |sums: &mut DMatrix<f64>, rows: &Rows| {
         for (point, row) in rows.iter() {
+            let index = points.index[point.index as usize] as usize;
+            let Some(frame) = rounded.of(index) else { continue };
             let normal = turn * point.away;
-            let at = objective.points.position[point.index as usize] - normal * point.distance;
-            for (k, step) in steps.iter().enumerate().filter(|(_, step)| **step > 0.0) {
-                let face = 6 * rows.patch as usize + 2 * k + usize::from(normal[k] < 0.0);
+            let at = points.position[point.index as usize] - normal * point.distance;
+            let of_patch = rows.patch as usize * frames + rounded.index(index) % frames;
+            for (k, local) in frame.local(at.to_array()).into_iter().enumerate().filter(|(k, _)| frame.steps[*k] > 0.0)
+            {
+                let (axis, step) = frame.step(k);
+                let along = normal.dot(axis);
+                let face = 6 * of_patch + 2 * k + usize::from(along < 0.0);
                 for term in 0..TERMS {
                     let m = (term + 1) as f64;
                     let last = if term + 1 == TERMS { LAST.sqrt() } else { 1.0 };
-                    let size = point.weight * normal[k] * last * step / (2f64.sqrt() * PI * m);
-                    let (sin, cos) = (TAU * m * at[k] / step).sin_cos();
+                    let size = point.weight * along * last * step / (2f64.sqrt() * PI * m);
+                    let (sin, cos) = (TAU * m * local / frame.steps[k]).sin_cos();
                     let column = 2 * (face * TERMS + term);
                     for (variable, slope) in rows.columns.iter().zip(row) {
                         sums[(*variable, column)] += size * cos * slope;

@@ -118,9 +118,10 @@ impl<'a> Joint<'a> {
         evaluation.map_or(f64::INFINITY, |evaluation| evaluation.value)
     }
 
-    /// By scan, the share of points near the model at the scale at which a registration ends.
+    /// By scan, the share of points near the model at the scale at which a registration ends, or at that of its loss,
+    /// if the noise makes that larger.
     pub(crate) fn near(&self) -> Vec<f64> {
-        self.within(|member| Loss::welsch(FINE * member.level.problem.radius))
+        self.within(|member| Loss::welsch(near_scale(member.level.problem, member.loss)))
     }
 
     /// By scan, the share of points near the model at the scale of its loss.
@@ -254,6 +255,11 @@ impl<'a> Joint<'a> {
         }
         self
     }
+}
+
+/// The scale at which points of a scan are near a model. Millimetres.
+pub(crate) fn near_scale(problem: &Problem, loss: Loss) -> f64 {
+    loss.sigma.max(FINE * problem.radius)
 }
 
 /// Per patch, which way is out in one of the scans.

@@ -9,7 +9,7 @@
 use crate::eigen::symmetric;
 use crate::model::Motion;
 use crate::robust::median;
-use crate::scan::{Neighbours, Scan, Unit, coordinate_steps};
+use crate::scan::{Frame, Neighbours, Scan, Unit, coordinate_steps};
 use glam::DVec3;
 use nalgebra::{Matrix3, Vector3};
 
@@ -99,8 +99,9 @@ impl Cloud {
         moments.sort_by(f64::total_cmp);
         let reach = points.iter().map(|p| DVec3::from(*p).length()).fold(0.0, f64::max);
         // Steps beyond the noise are rounding only where the reader took them for that.
-        let steps = coordinate_steps(positions);
-        let variance = |k: usize| if steps[k] <= scan.noise.max(scan.steps[k]) { steps[k].powi(2) / 12.0 } else { 0.0 };
+        let steps = coordinate_steps(positions, &Frame::own([0.0; 3])).map(|step| step.length);
+        let coarse = scan.attributes.rounded.largest();
+        let variance = |k: usize| if steps[k] <= scan.noise.max(coarse) { steps[k].powi(2) / 12.0 } else { 0.0 };
         let rounding = (0..3).map(variance).sum::<f64>().sqrt();
         Self { centre, points, reach, moments, rounding }
     }

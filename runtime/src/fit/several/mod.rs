@@ -175,7 +175,7 @@ impl<'a> Whole<'a> {
                 return Ok(joint);
             }
             best = Some(match best {
-                Some(best) => better_of(best, joint),
+                Some(best) => better_of(best, joint, 1.0),
                 None => joint,
             });
         }
@@ -240,7 +240,7 @@ impl<'a> Whole<'a> {
             let motions = carried(&merged_by, motion);
             let other = Joint::new(&self.problems, base, JointEstimate { z: other.z, motions })?;
             let other = self.monitor.stage("all scans", || other.anneal(self.given()));
-            best = better_of(best, other);
+            best = better_of(best, other, 1.0);
         }
         Ok(Joint::new(&self.problems, base, best.estimate.clone())?.like(&best))
     }
@@ -277,11 +277,12 @@ impl<'a> Whole<'a> {
 /// A fit of all scans, its solutions by scan, and its uncertainty.
 type Assessed<'a> = (Joint<'a>, Vec<Solution<'a>>, Option<JointUncertainty>);
 
-/// The one of two that explains all scans better, both by the finer of their scales; of equals the first.
-fn better_of<'a>(one: Joint<'a>, other: Joint<'a>) -> Joint<'a> {
+/// The second of two if it explains all scans better, both by the finer of their scales: if its mean loss is below
+/// `factor` times that of the first.
+fn better_of<'a>(one: Joint<'a>, other: Joint<'a>, factor: f64) -> Joint<'a> {
     let finest = |(a, b): (&f64, &f64)| a.min(*b);
     let scales: Vec<f64> = one.scales().iter().zip(&other.scales()).map(finest).collect();
-    if other.value(&scales) < one.value(&scales) { other } else { one }
+    if other.value(&scales) < factor * one.value(&scales) { other } else { one }
 }
 
 /// Whether nearly all points of every scan lie near the model.

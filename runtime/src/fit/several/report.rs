@@ -1,5 +1,6 @@
 //! The result of a fit of several scans.
 
+use super::apart::Apart;
 use super::{SeveralFit, Whole, carried};
 use crate::fit::attempt::explained;
 use crate::fit::infer::joint::JointUncertainty;
@@ -12,12 +13,12 @@ use crate::fit::problem::level::Level;
 use crate::fit::problem::loss::Loss;
 use crate::fit::problem::objective::{Evaluation, Objective, Order, foot_cache};
 use crate::fit::problem::parameterization::Estimate;
-use crate::fit::refine::joint::Joint;
+use crate::fit::refine::joint::{Joint, near_scale};
 use crate::fit::refine::schedule::{Solution, foot_tolerance};
 use crate::fit::report;
 use crate::fit::result::{Agreement, FitResult, FittedScan, ShapeDifference};
 use crate::fit::room::shown_to;
-use crate::fit::tuning::{CHORD, CONVINCING, DIFFERENCES_NAMED, EXPLAINED, FINE, NAMED};
+use crate::fit::tuning::{CHORD, CONVINCING, DIFFERENCES_NAMED, EXPLAINED, LEFT_BY_ALL, NAMED};
 use crate::model::EvaluationError;
 use crate::scan::Scan;
 use gml_compiler::program::Quantity;
@@ -29,7 +30,7 @@ pub(super) fn result(
     joint: &Joint,
     of: &[Solution],
     uncertainty: Option<JointUncertainty>,
-    agreements: Vec<Option<Agreement>>,
+    apart: Vec<Apart>,
 ) -> Result<SeveralFit, FitError> {
     let Whole { model, scans, options, monitor, .. } = whole;
     let scan = super::merged(scans, &joint.estimate.motions);
@@ -55,12 +56,16 @@ pub(super) fn result(
     let motions = carried(&joint.estimate.motions, solution.estimate.motion);
     let near = joint.near();
     let mut fitted = Vec::new();
-    for ((n, one), agreement) in of.iter().enumerate().zip(agreements) {
+    for ((n, one), apart) in of.iter().enumerate().zip(apart) {
         let at = Solution { estimate: Estimate { motion: motions[n], ..solution.estimate.clone() }, ..one.clone() };
         let (name, uncertainty) = (name(whole, n), open.map(|all| &all.of_scans[n]));
+        let foreign = is_foreign(inliers(&at), near[n], &apart);
         // Of two that do not agree with each other one sentence says it.
         let is_said = scans.len() > 2 || n > 0;
-        warn_of_scan(whole, &name, near[n], &at, uncertainty, agreement.as_ref().filter(|a| is_said && !a.agrees));
+        warn_of_scan(whole, &name, &Said { near: near[n], foreign, is_said, apart: &apart }, &at);
+        for sentence in uncertainty.map(|uncertainty| pose::undetermined(&at, uncertainty)).unwrap_or_default() {
+            monitor.warn(format!("{name}: {sentence}"));
+        }
         fitted.push(FittedScan {
             source: scans[n].source.clone(),
             pose: motions[n].into(),
@@ -69,7 +74,8 @@ pub(super) fn result(
             rms: at.evaluation.rms(),
             sigma: at.loss.sigma,
             noise: scans[n].noise,
-            agreement,
+            agreement: apart.agreement,
+            foreign,
         });
     }
     if let Some(all) = open {
@@ -143,36 +149,60 @@ fn name(whole: &Whole, scan: usize) -> String {
     if own.is_empty() || !is_unique { format!("scan {}", scan + 1) } else { own }
 }
 
-/// Sentences on one of the scans.
-fn warn_of_scan(
-    whole: &Whole,
-    name: &str,
+/// Whether a scan may be of another object: the shape of all explains little of it, and one of its own more. What
+/// neither explains is other things that it shows, as long as it is less than half.
+fn is_foreign(share: f64, near: f64, apart: &Apart) -> bool {
+    let [by_all, by_own] = apart.explained.unwrap_or([0.0, 1.0]);
+    let agrees = apart.agreement.as_ref().map(|agreement| agreement.agrees);
+    let is_clutter = by_own - by_all <= LEFT_BY_ALL && agrees != Some(false) && share >= EXPLAINED;
+    // The shape of all may be that of another scan, which does not agree with this one and the rest.
+    let is_of_rest = agrees == Some(true) && by_own > CONVINCING;
+    (!(share >= EXPLAINED) || !(near > CONVINCING)) && !is_clutter && !is_of_rest
+}
+
+/// What is to be said of a scan.
+struct Said<'a> {
+    /// The share of points, chosen evenly in space, that are near the model.
     near: f64,
-    at: &Solution,
-    uncertainty: Option<&Uncertainty>,
-    disagrees: Option<&Agreement>,
-) {
-    let monitor = whole.monitor;
-    let share = inliers(at);
-    if !(share >= EXPLAINED) || !(near > CONVINCING) {
+    foreign: bool,
+    /// That it does not agree with the others is said here.
+    is_said: bool,
+    apart: &'a Apart,
+}
+
+/// Sentences on whether one of the scans shows the shape of all.
+fn warn_of_scan(whole: &Whole, name: &str, said: &Said, at: &Solution) {
+    let Said { near, foreign, is_said, apart } = said;
+    let (monitor, scale) = (whole.monitor, near_scale(at.level.problem, at.loss));
+    let share = 100.0 * inliers(at);
+    // The two shares are of different points: where a scan is dense, many of the first are on a small area.
+    let evenly = format!(
+        "of points chosen evenly in space {:.0} % lie within {:.2} mm",
+        100.0 * near,
+        Loss::welsch(scale).half()
+    );
+    if *foreign {
         monitor.warn(format!(
-            "{name} may be of another object, or in the wrong place: {:.0} % of its points lie within {:.3} mm of the \
-             model that explains the others, {:.0} % within a {:.0}th of its size",
-            100.0 * share,
+            "{name} may be of another object, or in the wrong place: {share:.0} % of its points lie within {:.3} mm of \
+             the model that explains the others; {evenly}",
             at.loss.half(),
-            100.0 * near,
-            1.0 / FINE,
         ));
-    } else if let Some(agreement) = disagrees {
-        monitor.warn(disagreement(whole, name, agreement));
+    } else if !(*near > CONVINCING) {
+        monitor.warn(format!(
+            "{name} shows more than the object, which no other shape explains either (other things, or what the script \
+             does not have): {evenly} of the model"
+        ));
     }
-    for sentence in uncertainty.map(|uncertainty| pose::undetermined(at, uncertainty)).unwrap_or_default() {
-        monitor.warn(format!("{name}: {sentence}"));
+    let disagrees = apart.agreement.as_ref().filter(|a| *is_said && !a.agrees);
+    // Parameters of an object that no shape of the model explains say nothing.
+    let is_of_family = apart.explained.is_some_and(|[_, by_own]| by_own > CONVINCING);
+    if let Some(agreement) = disagrees.filter(|_| !foreign || is_of_family) {
+        monitor.warn(disagreement(whole, name, agreement, apart.explained));
     }
 }
 
 /// A sentence on a scan that does not agree with the others on the shape.
-fn disagreement(whole: &Whole, name: &str, agreement: &Agreement) -> String {
+fn disagreement(whole: &Whole, name: &str, agreement: &Agreement, explained: Option<[f64; 2]>) -> String {
     let parameters = whole.model.parameters();
     let told = |difference: &ShapeDifference| {
         let quantity = parameters.iter().find(|p| p.name == difference.name).map_or(Quantity::Real, |p| p.quantity);
@@ -187,12 +217,20 @@ fn disagreement(whole: &Whole, name: &str, agreement: &Agreement) -> String {
         all.push(format!("{more} more differ"));
     }
     let which = match all.is_empty() {
+        true if agreement.degrees == 0 => "no parameter can be compared".to_owned(),
         true => "no parameter differs clearly by itself, all of them together do".to_owned(),
         false => all.join("; "),
     };
+    let shares = explained.map(|shares| shares.map(|share| 100.0 * share));
+    let told = match shares {
+        Some([by_all, by_own]) if by_own - by_all > 100.0 * LEFT_BY_ALL => {
+            format!("; the shape of all explains {by_all:.1} % of it, a shape of its own {by_own:.1} %")
+        }
+        _ => String::new(),
+    };
     format!(
-        "{name} does not agree with the other scans on the shape (p = {:.1e}): {which}. It may be of another object, or \
-         the object has changed, or the model's family does not have its shape",
+        "{name} does not agree with the other scans on the shape (p = {:.1e}): {which}{told}. It may be of another \
+         object, or the object has changed, or the model's family does not have its shape",
         agreement.p
     )
 }

@@ -103,7 +103,6 @@ pub(super) fn known(mesh: TriangleMesh, noise: f64) -> Scan {
         oriented: true,
         source: ScanSource::default(),
         noise,
-        steps: [0.0; 3],
         warnings: Vec::new(),
     }
 }

@@ -12,6 +12,7 @@ pub(super) mod pcd;
 pub(super) mod ply;
 pub(super) mod pts;
 pub(super) mod ptx;
+mod raster;
 pub(super) mod stl;
 pub(super) mod table;
 mod text;

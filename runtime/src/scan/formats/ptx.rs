@@ -5,6 +5,7 @@
 //! unit is the metre.
 
 use super::batch::Batch;
+use super::raster;
 use super::text::{self, Lines, lone_count, row};
 use crate::scan::attributes::Station;
 use crate::scan::cloud::{Entry, Input, Points, RawPoint};
@@ -16,6 +17,9 @@ const FORMAT: &str = "PTX";
 const SKEWED: f64 = 2e-3;
 /// The largest distance of two places that are said to be one, in metres, relative to their size or to 1.
 const APART: f64 = 1e-3;
+
+/// The cells of a scan by which it is judged whether they are a raster of angles.
+const PROBED: u64 = 1 << 16;
 
 /// Whether a file that begins so is of this format.
 pub(in crate::scan) fn recognise(head: &[u8]) -> bool {
@@ -37,8 +41,6 @@ pub(in crate::scan) fn read(input: Input, points: &mut dyn Points) -> Result<(),
     while lines.advance_to_text()? {
         let header = Header::read(&mut lines)?;
         if only.is_none_or(|only| only == scans) {
-            let station = header.station(&mut batch);
-            batch.begin(Entry { name: String::new(), station }, lines.read())?;
             header.read_points(&mut lines, &mut batch)?;
         } else {
             for i in 0..header.cells {
@@ -111,8 +113,7 @@ impl Header {
     /// Where the scanner stood: where the matrix puts the origin of its frame, or, in files whose points are in the
     /// common frame already, where the place and the axes say.
     fn station(&self, batch: &mut Batch<'_>) -> Option<Station> {
-        let [.., shift] = self.matrix;
-        let matrix = Station { place: [shift[0], shift[1], shift[2]], rotation: self.turned() };
+        let matrix = Station { place: self.shift(), rotation: self.turned() };
         if !is_rotation(&matrix.rotation) {
             batch.warn(format!(
                 "line {}: the matrix behind it is not a rotation. It is applied as it stands, and where the scanner stood is not used",
@@ -138,34 +139,70 @@ impl Header {
         Some(matrix)
     }
 
+    /// The pose moves nothing and the place is the origin: programs write that for merged clouds, too.
+    fn tells_nothing(&self) -> bool {
+        self.place == [0.0; 3] && self.shift() == [0.0; 3] && self.turned() == Station::at([0.0; 3]).rotation
+    }
+
+    fn shift(&self) -> [f64; 3] {
+        let [.., [x, y, z, _]] = self.matrix;
+        [x, y, z]
+    }
+
     fn read_points(&self, lines: &mut Lines, batch: &mut Batch<'_>) -> Result<(), ScanFault> {
-        let (mut n, mut width) = ([0.0; 7], None);
-        let (m, [.., shift]) = (self.turned(), self.matrix);
-        for i in 0..self.cells {
-            self.go_on(lines, i)?;
-            let count = row(lines.line(), &mut n).filter(|count| matches!(count, 3 | 4 | 7));
-            let expected = *width.get_or_insert(count.unwrap_or(4));
-            if count != Some(expected) {
-                let cells = "as there are cells left in the scan";
-                let what = if expected == 7 { "`x y z intensity red green blue`" } else { "`x y z intensity`" };
-                return Err(lines.unexpected(&format!("as many lines of {what} {cells} ({})", self.cells - i)));
-            }
-            if n[..3] == [0.0; 3] {
-                batch.push_empty(lines.read())?;
-                continue;
-            }
-            let position = std::array::from_fn(|k| m[k][0] * n[0] + m[k][1] * n[1] + m[k][2] * n[2] + shift[k]);
-            let colour = match expected {
-                7 => {
-                    let colour = text::colour([n[4], n[5], n[6]], 255.0);
-                    Some(colour.ok_or_else(|| lines.unexpected("a colour of numbers from 0 to 255"))?)
-                }
-                _ => None,
-            };
-            let intensity = (expected > 3).then_some(n[3] as f32);
-            batch.push(RawPoint { position, normal: None, colour, intensity }, lines.read())?;
+        let mut width = None;
+        let probed = if self.tells_nothing() { self.cells.min(PROBED) } else { 0 };
+        let first: Vec<Option<RawPoint>> =
+            (0..probed).map(|i| self.cell(lines, i, &mut width)).collect::<Result<_, ScanFault>>()?;
+        let places: Vec<Option<[f64; 3]>> = first.iter().map(|cell| cell.map(|point| point.position)).collect();
+        let station = if probed == 0 || raster::is_of_angles(&places) {
+            self.station(batch)
+        } else {
+            batch.warn(format!(
+                "line {}: the pose behind it moves nothing, as that of merged clouds, and the cells are no raster of angles about the origin: where the scanner stood is not known",
+                self.line
+            ));
+            None
+        };
+        batch.begin(Entry { name: String::new(), station }, lines.read())?;
+        let mut push = |cell: Option<RawPoint>, read: u64| match cell {
+            Some(point) => batch.push(point, read),
+            None => batch.push_empty(read),
+        };
+        first.into_iter().try_for_each(|cell| push(cell, lines.read()))?;
+        for i in probed..self.cells {
+            let cell = self.cell(lines, i, &mut width)?;
+            push(cell, lines.read())?;
         }
         Ok(())
+    }
+
+    /// The next cell, the one of a number; None where it is empty. All lines have as many numbers as the first, whose
+    /// number `width` takes.
+    fn cell(&self, lines: &mut Lines, i: u64, width: &mut Option<usize>) -> Result<Option<RawPoint>, ScanFault> {
+        let mut n = [0.0; 7];
+        self.go_on(lines, i)?;
+        let count = row(lines.line(), &mut n).filter(|count| matches!(count, 3 | 4 | 7));
+        let expected = *width.get_or_insert(count.unwrap_or(4));
+        if count != Some(expected) {
+            let cells = "as there are cells left in the scan";
+            let what = if expected == 7 { "`x y z intensity red green blue`" } else { "`x y z intensity`" };
+            return Err(lines.unexpected(&format!("as many lines of {what} {cells} ({})", self.cells - i)));
+        }
+        if n[..3] == [0.0; 3] || !n[..3].iter().all(|c| c.is_finite()) {
+            return Ok(None);
+        }
+        let (m, shift) = (self.turned(), self.shift());
+        let position = std::array::from_fn(|k| m[k][0] * n[0] + m[k][1] * n[1] + m[k][2] * n[2] + shift[k]);
+        let colour = match expected {
+            7 => {
+                let colour = text::colour([n[4], n[5], n[6]], 255.0);
+                Some(colour.ok_or_else(|| lines.unexpected("a colour of numbers from 0 to 255"))?)
+            }
+            _ => None,
+        };
+        let intensity = (expected > 3).then_some(n[3] as f32);
+        Ok(Some(RawPoint { position, normal: None, colour, intensity }))
     }
 
     /// Goes on to the next cell.
@@ -257,6 +294,26 @@ mod tests {
         let found = collect(read, format!("1\n1\n{scaled}1 2 3 0.5\n").as_bytes(), None).unwrap();
         assert_eq!((found.points[0].position, found.entries[0].0.station), ([6.0, 22.0, 36.0], None));
         assert!(found.warnings[0].contains("not a rotation"), "{:?}", found.warnings);
+    }
+
+    #[test]
+    fn a_pose_that_moves_nothing_is_one_only_of_a_raster() {
+        let rows = |turned: bool| -> String {
+            let cell = |i: u32| {
+                let (azimuth, elevation) = (f64::from(i / 40) * 0.02, f64::from(i % 40) * 0.02 - 0.3);
+                let p = [azimuth.cos() * elevation.cos(), azimuth.sin() * elevation.cos(), elevation.sin()];
+                let p = p.map(|c| c * (2.0 + 0.3 * f64::from(i * 7 % 5)));
+                let p = if turned { [p[2], 2.0 + p[0], p[1]] } else { p };
+                format!("{:.5} {:.5} {:.5} 0.5\n", p[0], p[1], p[2])
+            };
+            (0..400).map(cell).collect()
+        };
+        for (turned, station) in [(false, Some(Station::at([0.0; 3]))), (true, None)] {
+            let text = format!("10\n40\n{PLAIN}{}", rows(turned));
+            let found = collect(read, text.as_bytes(), None).unwrap();
+            assert_eq!((found.entries[0].0.station, found.points.len()), (station, 400));
+            assert_eq!(found.warnings.iter().any(|w| w.contains("line 1: the pose behind it moves nothing")), turned);
+        }
     }
 
     #[test]

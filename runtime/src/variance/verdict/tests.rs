@@ -64,7 +64,6 @@ fn scanned(seed: u64, noise: f64, height: impl Fn(f64, f64) -> f64) -> Scan {
     let mesh =
         TriangleMesh { positions: positions.collect(), triangles: triangles.collect(), ..TriangleMesh::default() };
     Scan {
-        steps: [0.0; 3],
         mesh,
         attributes: Default::default(),
         source: ScanSource::default(),

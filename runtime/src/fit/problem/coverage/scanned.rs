@@ -133,7 +133,6 @@ mod tests {
             }
         }
         Scan {
-            steps: [0.0; 3],
             mesh,
             attributes: Default::default(),
             oriented: true,

@@ -230,6 +230,7 @@ impl<'d> Reader<'d, '_> {
         *counted += count;
         let raw = &mut self.raw;
         raw.positions.par_extend(positions.into_par_iter().map(|p| transform.transform_point3(p.into()).to_array()));
+        raw.placed_by(transform);
         let turn = normal_matrix(transform.matrix3);
         // A vector of zeros is no normal, white the format's colour of a vertex without one.
         raw.normals.extend(normals.map_or_else(

@@ -73,6 +73,7 @@ impl<'a> Assembly<'a> {
         let first = self.raw.positions.len() as u32;
         let placed = object.positions.iter().map(|p| transform.transform_point3((*p).into()).to_array());
         self.raw.positions.extend(placed);
+        self.raw.placed_by(transform);
         // A mirror image has its other side out.
         let flipped = transform.matrix3.determinant() < 0.0;
         let triangle = |[a, b, c]: [u32; 3]| if flipped { [a, c, b] } else { [a, b, c] }.map(|v| first + v);
