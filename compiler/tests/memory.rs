@@ -1,6 +1,6 @@
 //! Dropped programs give their memory back. This test has a process of its own: allocations of other tests would count.
 //!
-//! `GMLC_PROGRAMS=10000 cargo test --release --workspace --test memory -- --nocapture` compiles, runs and drops 10,000
+//! `GMLC_PROGRAMS=10000 cargo test --release --test memory -- --nocapture` compiles, runs and drops 10,000
 //! programs instead of a thousand.
 
 #[path = "suite/common/mod.rs"]

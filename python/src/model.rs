@@ -2,7 +2,7 @@
 
 use crate::arrays::{block, numbers, points, rows, vector};
 use crate::errors::{raised, wrong};
-use gml_runtime::model::{Fineness, Instance, Model as _, Tessellation};
+use gml_runtime::model::{Fineness, Instance, Tessellation};
 use gmlc::embedded::Model;
 use numpy::{PyArray1, PyArray2, PyArray3, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
@@ -180,7 +180,7 @@ impl Program {
         })?;
         let mut parts = vec![0; mesh.triangles.len()];
         for (part, group) in mesh.groups.iter().enumerate() {
-            parts[group.start as usize..group.end as usize].fill(part as u32);
+            parts[group.start..group.end].fill(part as u32);
         }
         Ok((rows(py, mesh.positions)?, rows(py, mesh.triangles)?, vector(py, parts)))
     }

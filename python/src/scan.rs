@@ -6,7 +6,7 @@ use crate::model::Program;
 use crate::work::with_progress;
 use gml_runtime::mesh::TriangleMesh;
 use gmlc::embedded;
-use numpy::{PyArray2, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods};
+use numpy::{PyArray2, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use std::path::PathBuf;
 

@@ -63,9 +63,9 @@ pub(crate) fn with_progress<T: Send>(
         is_wanted: callback.is_some(),
         cancelled: AtomicBool::new(false),
     };
-    let mut raised_here: Option<PyErr> = None;
-    let done = py.detach(|| {
-        std::thread::scope(|scope| {
+    let (done, raised_here) = py.detach(move || {
+        let mut raised_here: Option<PyErr> = None;
+        let done = std::thread::scope(|scope| {
             let work = || {
                 let done = catch_unwind(AssertUnwindSafe(|| work(&told)));
                 _ = to.send(Message::Done(done));
@@ -91,7 +91,8 @@ pub(crate) fn with_progress<T: Send>(
                     raised_here.get_or_insert(error);
                 }
             }
-        })
+        });
+        (done, raised_here)
     });
     if let Some(error) = raised_here {
         return Err(error);

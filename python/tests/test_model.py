@@ -62,8 +62,8 @@ def test_a_mesh_is_closed_and_has_the_volume_of_a_tin(tin):
 
 def test_errors_have_the_diagnostics(tmp_path):
     with pytest.raises(gmlc.ScriptError) as caught:
-        gmlc.Model.from_source("model m { part a = sphere(1mm) }", name="bad.gml")
-    assert "bad.gml:1:" in str(caught.value) and "sphere" in str(caught.value)
+        gmlc.Model.from_source("model m { part a = sfere(1mm) }", name="bad.gml")
+    assert "bad.gml:1:" in str(caught.value) and "sfere" in str(caught.value)
     with pytest.raises(gmlc.Error, match="no such file"):
         gmlc.Model.load(tmp_path / "absent.gml")
 

@@ -2,7 +2,7 @@
 //! that names the file, and never a panic, a long wait or much memory.
 //!
 //! ```text
-//! GMLC_MUTATIONS=100000 GMLC_FUZZ_SEED=7 cargo test --release --workspace --test fuzz formats -- --nocapture
+//! GMLC_MUTATIONS=100000 GMLC_FUZZ_SEED=7 cargo test --release --test fuzz formats -- --nocapture
 //! ```
 
 use crate::damage::Random;

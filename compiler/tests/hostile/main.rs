@@ -6,7 +6,7 @@
 //! `GMLC_HOSTILE_COUNT` sets the number of inputs (by default some thousands), `GMLC_HOSTILE_SEED` chooses them:
 //!
 //! ```text
-//! GMLC_HOSTILE_COUNT=1000000 GMLC_HOSTILE_SEED=7 cargo test --release --workspace --test hostile -- --nocapture
+//! GMLC_HOSTILE_COUNT=1000000 GMLC_HOSTILE_SEED=7 cargo test --release --test hostile -- --nocapture
 //! ```
 //!
 //! An input that fails is reduced and printed. The test also prints how many inputs reached each stage, the slowest

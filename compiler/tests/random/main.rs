@@ -5,7 +5,7 @@
 //! time, from the seed `GMLC_RANDOM_SEED`:
 //!
 //! ```text
-//! GMLC_RANDOM_SECONDS=60 cargo test --release --workspace --test random -- --nocapture
+//! GMLC_RANDOM_SECONDS=60 cargo test --release --test random -- --nocapture
 //! ```
 //!
 //! A script that fails is reduced and printed.

@@ -9,6 +9,27 @@ from numpy.typing import NDArray
 
 _Progress = Callable[[str, float, str], Any]
 
+__all__ = [
+    "Deviations",
+    "Error",
+    "FitError",
+    "Interrupted",
+    "Program",
+    "Scan",
+    "ScriptError",
+    "UsageError",
+    "VERSION",
+    "batch_jobs",
+    "batch_work",
+    "command",
+    "fit",
+    "inspect",
+    "measure",
+    "option_names",
+    "shortcoming",
+    "virtual_scan",
+]
+
 VERSION: Final[str]
 
 class Error(Exception): ...
@@ -51,7 +72,7 @@ class Program:
         cotangents: NDArray[np.float64],
     ) -> NDArray[np.float64]: ...
     def mesh(
-        self, x: NDArray[np.float64], chord: float | None = None
+        self, x: NDArray[np.float64], chord: float | None
     ) -> tuple[NDArray[np.float64], NDArray[np.uint32], NDArray[np.uint32]]: ...
 
 @final

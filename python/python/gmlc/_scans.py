@@ -116,7 +116,7 @@ def _arrays(scan: Any) -> tuple[Any, Any, Any, str]:
         return scan.vertices, None, scan.faces, name
     if hasattr(scan, "vertices") and hasattr(scan, "triangles"):
         return np.asarray(scan.vertices), None, np.asarray(scan.triangles), name
-    if hasattr(scan, "points") and hasattr(scan, "regular_faces") and getattr(scan, "n_faces_strict", 0):
+    if hasattr(scan, "points") and hasattr(scan, "regular_faces") and bool(getattr(scan, "n_faces_strict", False)):
         triangulated = scan if scan.is_all_triangles else scan.triangulate()
         return triangulated.points, None, triangulated.regular_faces, name
     if hasattr(scan, "points"):

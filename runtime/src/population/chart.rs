@@ -3,7 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 /// The expected range of two values of a normal distribution, in standard deviations (ISO 7870-2:2013, d2 for n = 2).
-pub(super) const D2: f64 = 1.128_379_167_095_512_6;
+/// It is 2 / sqrt(pi).
+const D2: f64 = std::f64::consts::FRAC_2_SQRT_PI;
 
 /// The upper limit of the moving range of two values, in mean ranges (ISO 7870-2:2013, D4 for n = 2).
 const D4: f64 = 3.266_532;

@@ -5,7 +5,7 @@ use super::chart::IndividualsChart;
 use super::correlation::Correlation;
 use super::outlying::{Outlying, outlying};
 use super::random_effects::RandomEffects;
-use super::row::{Inspected, Measured, Row, SCHEMA};
+use super::row::{Inspected, Measured, PartRow, Row, SCHEMA};
 use super::variation::{Movements, Variation};
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
@@ -185,10 +185,12 @@ fn measured(
     series.evaluated(noise.as_deref())
 }
 
+/// A figure of a part.
+type Figure = fn(&PartRow) -> Option<f64>;
+
 /// The series of the mean and of the root mean square deviation of a part.
 fn of_part(sound: &[(usize, &Inspected)], name: &str) -> [Series; 2] {
-    let figures: [(&str, fn(&super::row::PartRow) -> Option<f64>); 2] =
-        [("mean", |part| part.mean), ("rms", |part| part.rms)];
+    let figures: [(&str, Figure); 2] = [("mean", |part| part.mean), ("rms", |part| part.rms)];
     figures.map(|(figure, value)| {
         let of = |i: &Inspected| i.parts.iter().find(|part| part.name == name).and_then(value);
         let with: Vec<(usize, f64)> = sound.iter().filter_map(|(row, i)| Some((*row, of(i)?))).collect();

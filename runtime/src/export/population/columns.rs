@@ -138,8 +138,11 @@ fn of_tolerance(name: &str, unit: &str, rows: &[Row]) -> [Column; 4] {
     ]
 }
 
+/// A figure of a part.
+type Figure = fn(&PartRow) -> Option<f64>;
+
 fn of_part<'a>(head: &str, rows: &'a [Row], find: impl Fn(&'a Inspected) -> Option<&'a PartRow>) -> Vec<Column> {
-    let figures: [(&str, &str, fn(&PartRow) -> Option<f64>); 7] = [
+    let figures: [(&str, &str, Figure); 7] = [
         ("area", "mm2", |p| Some(p.area)),
         ("coverage", "", |p| Some(p.coverage)),
         ("mean", "mm", |p| p.mean),
@@ -148,7 +151,7 @@ fn of_part<'a>(head: &str, rows: &'a [Row], find: impl Fn(&'a Inspected) -> Opti
         ("max", "mm", |p| p.max),
         ("within", "", |p| p.within),
     ];
-    let column = |(name, unit, figure): (&str, &str, fn(&PartRow) -> Option<f64>)| {
+    let column = |(name, unit, figure): (&str, &str, Figure)| {
         let of = |row: &'a Row| row.inspected().and_then(&find).and_then(figure);
         let cells = rows.iter().map(|row| of(row).filter(|x| x.is_finite())).collect();
         Column { name: format!("{head}.{name}"), unit: unit.to_owned(), cells: Cells::Number(cells) }
