@@ -34,7 +34,7 @@ pub struct MapDocuments<'a> {
     sd: Vec<f32>,
     deviations: Deviations,
     scale: Scale,
-    /// Share of the measured area where the mean is beyond [`CLEAR`] standard errors.
+    /// Share of the measured area where the mean is beyond three standard errors.
     pub clear: f64,
     /// Parts with the area-weighted mean of the map, its root mean square, and that of the standard deviation between
     /// objects. Millimetres.
