@@ -10,7 +10,7 @@ use std::process::{Command, Stdio};
 use tempfile::tempdir;
 
 /// All commands.
-pub(crate) const COMMANDS: [&str; 16] = [
+pub(crate) const COMMANDS: [&str; 17] = [
     "check",
     "mesh",
     "diff",
@@ -23,6 +23,7 @@ pub(crate) const COMMANDS: [&str; 16] = [
     "fit",
     "variance",
     "inspect",
+    "batch",
     "compare",
     "repl",
     "completions",
@@ -88,7 +89,7 @@ fn every_command_says_where_it_wrote() {
         (&["fit", "ball.gml", "scan.ply", "-o", "f.json", "--trace", "t.csv"], "wrote t.csv\nwrote f.json\n"),
         (&["compare", "fit.json", "ball.gml", "-o", "c.json"], "wrote c.json\n"),
         (&["doc", "ball.gml", "-o", "pages"], "wrote pages/ball.md\n"),
-        (&["man", "-o", "man1/"], "wrote man1/: gmlc.1 and 16 other files\n"),
+        (&["man", "-o", "man1/"], "wrote man1/: gmlc.1 and 17 other files\n"),
         (&[&variance[..], &["v"]].concat(), "wrote v/: "),
         (&[&inspect[..], &["i"]].concat(), "wrote i/: report.html and "),
     ] {

@@ -40,8 +40,8 @@ pub struct Series {
     pub values: Vec<f64>,
     /// The standard deviations of measurement, where they are known.
     pub sds: Vec<Option<f64>>,
-    /// Whether `sds` are those of the noise of single points alone, since those of the fits hold an error that all objects
-    /// share.
+    /// Whether `sds` are those of the noise of single points alone, since those of the fits hold an error that all
+    /// objects share.
     pub by_noise: bool,
     /// The nominal value, of a measure.
     pub nominal: Option<f64>,

@@ -6,8 +6,8 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
 
-/// Vaccine against tuberculosis: log relative risks and their variances of 13 trials, from the counts in Colditz et al.,
-/// JAMA 271, 1994.
+/// Vaccine against tuberculosis: log relative risks and their variances of 13 trials, from the counts in Colditz et
+/// al., JAMA 271, 1994.
 fn trials() -> Vec<(f64, f64)> {
     // Cases and others among the vaccinated and the controls.
     let counts: [[f64; 4]; 13] = [
