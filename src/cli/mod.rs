@@ -112,7 +112,7 @@ pub(crate) enum Command {
     Variance(VarianceArgs),
     /// Fit, measure and document: everything into one folder
     Inspect(InspectArgs),
-    /// Inspect many scans of objects of one kind, and say what they have in common and how they differ
+    /// Inspect many scans of one kind of object, and say how they differ
     Batch(BatchArgs),
     /// Compare two models, fits or meshes: where they differ, and by which parameters
     Compare(CompareArgs),

@@ -37,7 +37,7 @@ fn help(args: &[&str]) -> String {
 /// A file for what the line of usage names.
 fn file_for(command: &str, name: &str) -> &'static str {
     match (command, name) {
-        ("doc" | "mesh" | "scan" | "variance" | "inspect", "DIR") => "out",
+        ("doc" | "mesh" | "scan" | "variance" | "inspect" | "batch", "DIR") => "out",
         ("mesh" | "scan" | "convert", "FILE") => "new.ply",
         (_, "MODEL" | "MODEL.gml" | "MODEL.gml|std" | "REFERENCE" | "A" | "PATH") => "ball.gml",
         (_, "SCAN") => "scan.ply",
@@ -56,7 +56,11 @@ impl Subcommand {
             let named = word.trim_start_matches('[').strip_prefix('<').and_then(|w| w.split('>').next());
             match named {
                 Some(named) => Some(file_for(name, named).to_owned()),
-                None if word.starts_with('[') => Some("ball.gml".to_owned()).filter(|_| name == "check"),
+                None if word.starts_with('[') => match name {
+                    "check" => Some("ball.gml".to_owned()),
+                    "batch" => Some("scan.ply".to_owned()),
+                    _ => None,
+                },
                 None => Some(word.to_owned()),
             }
         });
