@@ -85,8 +85,8 @@ pub(crate) fn folder_of(file: &Path) -> &Path {
     file.parent().filter(|parent| *parent != Path::new("")).unwrap_or_else(|| Path::new("."))
 }
 
-/// The path without `.` and `..`, if that leads to the same file, so that a file has one name however it is used.
-fn plain(path: &Path) -> PathBuf {
+/// A path without `.` and `..`, as far as its own text tells.
+pub(crate) fn lexical(path: &Path) -> PathBuf {
     let mut plain = PathBuf::new();
     for part in path.components() {
         match (part, plain.components().next_back()) {
@@ -95,6 +95,12 @@ fn plain(path: &Path) -> PathBuf {
             _ => plain.push(part),
         }
     }
+    plain
+}
+
+/// The path without `.` and `..`, if that leads to the same file, so that a file has one name however it is used.
+fn plain(path: &Path) -> PathBuf {
+    let plain = lexical(path);
     // Behind a symbolic link to a folder, `..` leads elsewhere.
     match (plain.canonicalize(), path.canonicalize()) {
         (Ok(a), Ok(b)) if a == b => plain,

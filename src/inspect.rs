@@ -9,7 +9,7 @@ use crate::{deviations, fit, interrupt, measure, outputs, record, several};
 use gml_runtime::export::folder::{FIT, REPORT, ResultFolder};
 use gml_runtime::export::json;
 use gml_runtime::fit::FitOptions;
-use gml_runtime::inspect::{InspectError, Inspection};
+use gml_runtime::inspect::Inspection;
 use gml_runtime::progress::Progress;
 use gml_runtime::record::Record;
 use gml_runtime::variance::{self, MeasureOptions};
@@ -115,11 +115,7 @@ fn document(
     };
     let scan = scan.as_ref().unwrap_or(&fitting.scans[0]);
     let program = searched.as_ref().unwrap_or(&subject.program);
-    let inspection = Inspection::of_fit(program, result, scan, options, progress);
-    let mut inspection = inspection.map_err(|e| match e {
-        InspectError::Measure(error) => error.into(),
-        error => CommandError::failed(error),
-    })?;
+    let mut inspection = Inspection::of_fit(program, result, scan, options, progress)?;
     inspection.measurement.report.provenance = Some(record.clone());
     inspection.measurement.report.warnings.extend(warnings);
     let (scripts, extras) = (record::scripts(program), measure::extras(&args.variance));

@@ -4,6 +4,7 @@ use crate::cli::VarianceControls;
 use crate::error::CommandError;
 use gml_compiler::number;
 use gml_runtime::export::measurement::Extras;
+use gml_runtime::inspect::InspectError;
 use gml_runtime::model::{LARGEST, SMALLEST};
 use gml_runtime::scan::Scan;
 use gml_runtime::variance::{DistanceKind, MeasureError, MeasureOptions, Resolution};
@@ -97,6 +98,15 @@ impl From<MeasureError> for CommandError {
             MeasureError::Datum { .. } => Self::usage(format!("--datum: {error}")),
             MeasureError::MaxDistance { .. } => Self::usage(format!("--max-distance: {error}")),
             _ => Self::failed(error),
+        }
+    }
+}
+
+impl From<InspectError> for CommandError {
+    fn from(error: InspectError) -> Self {
+        match error {
+            InspectError::Measure(error) => error.into(),
+            error => Self::failed(error),
         }
     }
 }

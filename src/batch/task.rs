@@ -10,7 +10,7 @@ use gml_runtime::export::folder::{FIT, ROW, ResultFolder};
 use gml_runtime::export::json;
 use gml_runtime::export::measurement::Extras;
 use gml_runtime::fit::{EarlierFit, FitOptions};
-use gml_runtime::inspect::{InspectError, Inspection};
+use gml_runtime::inspect::Inspection;
 use gml_runtime::population::{Inspected, Outcome, Row};
 use gml_runtime::progress::Progress;
 use gml_runtime::{scan, variance};
@@ -75,11 +75,7 @@ fn documented(
     let mut result = fitting.run(&options, progress)?.result;
     fit::unless_interrupted(&result)?;
     result.provenance = Some(record.clone());
-    let inspection = Inspection::of_fit(&subject.program, result, &scanned, measure_options, progress);
-    let mut inspection = inspection.map_err(|error| match error {
-        InspectError::Measure(error) => error.into(),
-        error => CommandError::failed(error),
-    })?;
+    let mut inspection = Inspection::of_fit(&subject.program, result, &scanned, measure_options, progress)?;
     inspection.measurement.report.provenance = Some(record);
     let extras = Extras { extent: args.documents, ..measure::extras(&args.variance) };
     let scripts = record::scripts(&subject.program);

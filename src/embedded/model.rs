@@ -3,14 +3,14 @@
 use super::error::EmbeddedError;
 use crate::cli::{CompileArgs, ScriptArgs};
 use crate::error::CommandError;
-use crate::files::folder_of;
+use crate::files::{folder_of, lexical};
 use crate::provenance::Provenance;
 use crate::script;
 use crate::subject::Subject;
 use clap::Parser;
 use gml_compiler::program::{self, Program};
 use gml_compiler::source::{Loader, SourceFile};
-use std::path::{Component, Path, PathBuf};
+use std::path::{Path, PathBuf};
 
 /// A compiled script, which many threads may use at once.
 pub struct Model {
@@ -118,17 +118,4 @@ impl Loader for Texts<'_> {
         let missing = || format!("{}: is not among the texts of the script", full.display());
         found.map(|(name, text)| SourceFile { name: name.clone(), text: text.clone() }).ok_or_else(missing)
     }
-}
-
-/// A path without `.` and `..`, as far as its own text tells.
-fn lexical(path: &Path) -> PathBuf {
-    let mut plain = PathBuf::new();
-    for part in path.components() {
-        match (part, plain.components().next_back()) {
-            (Component::CurDir, _) => {}
-            (Component::ParentDir, Some(Component::Normal(_))) => _ = plain.pop(),
-            _ => plain.push(part),
-        }
-    }
-    plain
 }

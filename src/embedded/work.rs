@@ -9,7 +9,6 @@ use crate::saved::SavedFit;
 use crate::subject::Subject;
 use crate::{fit as fitting, measure as measuring, outputs, record, scan as scanning};
 use clap::{CommandFactory, Parser};
-use gml_runtime::export::folder::FIT;
 use gml_runtime::export::measurement::Extras;
 use gml_runtime::fit::{FitOptions, FitResult};
 use gml_runtime::inspect::Inspection;
@@ -232,7 +231,6 @@ pub fn inspect(
     let written = inspection.write(folder.path(), scan, &scripts, extras, progress);
     unless_cancelled(progress)?;
     written.map_err(|error| outputs::failed(&folder, error))?;
-    debug_assert!(folder.path().join(FIT).exists());
     folder.finish(None).map_err(EmbeddedError::failed)?;
     Ok(inspection)
 }
