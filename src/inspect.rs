@@ -3,11 +3,13 @@
 use crate::cli::InspectArgs;
 use crate::error::CommandError;
 use crate::fit::Fitted;
+use crate::inspection::Inspecting;
 use crate::progress::TerminalProgress;
 use crate::subject::Subject;
 use crate::{deviations, fit, interrupt, measure, outputs, record, several};
 use gml_runtime::export::folder::{FIT, REPORT, ResultFolder};
 use gml_runtime::export::json;
+use gml_runtime::export::measurement::Extent;
 use gml_runtime::fit::FitOptions;
 use gml_runtime::inspect::Inspection;
 use gml_runtime::progress::Progress;
@@ -115,16 +117,11 @@ fn document(
     };
     let scan = scan.as_ref().unwrap_or(&fitting.scans[0]);
     let program = searched.as_ref().unwrap_or(&subject.program);
-    let mut inspection = Inspection::of_fit(program, result, scan, options, progress)?;
-    inspection.measurement.report.provenance = Some(record.clone());
+    let inspecting = Inspecting { program, scan, options, controls: &args.variance, extent: Extent::All, record };
+    let mut inspection = inspecting.measure(result, progress)?;
     inspection.measurement.report.warnings.extend(warnings);
-    let (scripts, extras) = (record::scripts(program), measure::extras(&args.variance));
-    let written = if outputs::is_fit_of(&args.output, args.params.as_deref()) {
-        inspection.documents(&scripts).write(folder.path(), scan, extras, progress)
-    } else {
-        inspection.write(folder.path(), scan, &scripts, extras, progress)
-    };
-    written.map_err(|e| outputs::failed(folder, e))?;
+    let is_kept = outputs::is_fit_of(&args.output, args.params.as_deref());
+    inspecting.write(&inspection, !is_kept, folder, progress)?;
     Ok(inspection)
 }
 

@@ -27,6 +27,7 @@ mod fit;
 mod fmt;
 mod info;
 mod inspect;
+mod inspection;
 mod interrupt;
 mod manual;
 mod measure;

@@ -137,4 +137,5 @@ def main() -> None:
         print(f"SciPy and Open3D, the fit alone: {peer(sys.argv[4], scans, 10):.2f} s a scan")
 
 
-main()
+if __name__ == "__main__":
+    main()

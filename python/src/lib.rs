@@ -5,6 +5,7 @@ mod arrays;
 mod deviations;
 mod errors;
 mod model;
+mod processes;
 mod scan;
 mod work;
 
@@ -13,6 +14,8 @@ use pyo3::prelude::*;
 /// The compiled half of gmlc; use the package `gmlc`.
 #[pymodule]
 mod _gmlc {
+    use pyo3::prelude::*;
+
     #[pymodule_export]
     use super::deviations::Deviations;
     #[pymodule_export]
@@ -23,6 +26,12 @@ mod _gmlc {
     use super::scan::{Scan, virtual_scan};
     #[pymodule_export]
     use super::work::{batch_jobs, batch_work, command, fit, inspect, measure, option_names, shortcoming};
+
+    #[pymodule_init]
+    fn init(_module: &Bound<'_, PyModule>) -> PyResult<()> {
+        super::processes::imported();
+        Ok(())
+    }
 
     #[pymodule_export]
     const VERSION: &str = env!("CARGO_PKG_VERSION");

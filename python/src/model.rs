@@ -2,6 +2,7 @@
 
 use crate::arrays::{block, numbers, points, rows, vector};
 use crate::errors::{raised, wrong};
+use crate::processes::detached;
 use gml_runtime::model::{Fineness, Instance, Tessellation};
 use gmlc::embedded::Model;
 use numpy::{PyArray1, PyArray2, PyArray3, PyReadonlyArrayDyn};
@@ -24,14 +25,14 @@ impl Program {
     /// Compiles a file.
     #[staticmethod]
     fn load(py: Python<'_>, path: PathBuf, words: Vec<String>) -> PyResult<Self> {
-        let (model, warnings) = py.detach(|| Model::load(&path, &words)).map_err(raised)?;
+        let (model, warnings) = detached(py, || Model::load(&path, &words)).map_err(raised)?;
         Ok(Self { model: Arc::new(model), warnings })
     }
 
     /// Compiles the first of several named texts, which may use the others.
     #[staticmethod]
     fn from_texts(py: Python<'_>, texts: Vec<(String, String)>, words: Vec<String>) -> PyResult<Self> {
-        let (model, warnings) = py.detach(|| Model::from_texts(&texts, &words)).map_err(raised)?;
+        let (model, warnings) = detached(py, || Model::from_texts(&texts, &words)).map_err(raised)?;
         Ok(Self { model: Arc::new(model), warnings })
     }
 
@@ -92,7 +93,7 @@ impl Program {
         v: PyReadonlyArrayDyn<'py, f64>,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let [x, u, v] = [&x, &u, &v].map(numbers);
-        let found = py.detach(|| {
+        let found = detached(py, || {
             self.at(&x, part, |instance| {
                 let mut out = vec![[0.0; 3]; u.len()];
                 instance.points(part, &u, &v, &mut out)?;
@@ -113,7 +114,7 @@ impl Program {
     ) -> PyResult<Bound<'py, PyArray3<f64>>> {
         let [x, u, v] = [&x, &u, &v].map(numbers);
         let (count, width) = (u.len(), x.len());
-        let found = py.detach(|| {
+        let found = detached(py, || {
             self.at(&x, part, |instance| {
                 let active: Vec<usize> =
                     self.model.program().parts()[part].active.iter().map(|p| *p as usize).collect();
@@ -149,7 +150,7 @@ impl Program {
         if cotangents.len() != u.len() {
             return Err(wrong(format!("{} cotangents for {} points", cotangents.len(), u.len())));
         }
-        let found = py.detach(|| {
+        let found = detached(py, || {
             self.at(&x, part, |instance| {
                 let mut out = vec![0.0; x.len()];
                 instance.pullback(part, &u, &v, &cotangents, &mut out)?;
@@ -172,7 +173,7 @@ impl Program {
         if chord.is_some_and(|chord| !(chord > 0.0)) {
             return Err(wrong("chord must be more than 0 mm"));
         }
-        let mesh = py.detach(|| {
+        let mesh = detached(py, || {
             self.at(&x, 0, |instance| {
                 let fineness = chord.map_or_else(Fineness::default, |chord| Fineness { chord, ..Fineness::default() });
                 Ok(Tessellation::new(self.model.program(), instance, fineness)?.mesh)

@@ -3,6 +3,7 @@
 use crate::arrays::{points, rows};
 use crate::errors::{raised, wrong};
 use crate::model::Program;
+use crate::processes::detached;
 use crate::work::with_progress;
 use gml_runtime::mesh::TriangleMesh;
 use gmlc::embedded;
@@ -43,7 +44,7 @@ impl Scan {
         }
         let triangles = triangles.map(|t| corners(&t, positions.len())).transpose()?.unwrap_or_default();
         let mesh = TriangleMesh { positions, normals, triangles, ..TriangleMesh::default() };
-        let scan = py.detach(|| embedded::scan_of_points(mesh, name)).map_err(raised)?;
+        let scan = detached(py, || embedded::scan_of_points(mesh, name)).map_err(raised)?;
         Ok(Self { scan })
     }
 

@@ -3,10 +3,11 @@
 use crate::deviations::Deviations;
 use crate::errors::raised;
 use crate::model::Program;
+use crate::processes::on_own_threads;
 use crate::scan::Scan;
 use gml_runtime::fit::FitResult;
 use gml_runtime::progress::Progress;
-use gmlc::embedded::{self, EmbeddedError};
+use gmlc::embedded::{self, EmbeddedError, OptionName};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use std::ffi::OsString;
@@ -67,7 +68,7 @@ pub(crate) fn with_progress<T: Send>(
         let mut raised_here: Option<PyErr> = None;
         let done = std::thread::scope(|scope| {
             let work = || {
-                let done = catch_unwind(AssertUnwindSafe(|| work(&told)));
+                let done = catch_unwind(AssertUnwindSafe(|| on_own_threads(|| work(&told))));
                 _ = to.send(Message::Done(done));
             };
             if let Err(error) =
@@ -186,12 +187,12 @@ pub(crate) fn inspect(
 /// Does what a command line says; returns the exit status.
 #[pyfunction]
 pub(crate) fn command(py: Python<'_>, words: Vec<OsString>) -> u8 {
-    py.detach(|| gmlc::command(words))
+    py.detach(|| on_own_threads(|| gmlc::command(words)))
 }
 
-/// The names of the options of reading, fitting, measuring and the virtual scanner, and whether each takes a value.
+/// The names of the options of reading, fitting, measuring and the virtual scanner, and those of their values.
 #[pyfunction]
-pub(crate) fn option_names() -> Vec<Vec<(String, bool)>> {
+pub(crate) fn option_names() -> Vec<Vec<OptionName>> {
     embedded::names_of_options().to_vec()
 }
 

@@ -97,7 +97,7 @@ pub(crate) fn work_job(
             None => task::inspect(plan, scan, at.checked_sub(1).map(|before| &job.scans[before]), progress)?,
         };
         let Some(row) = row else { return Err(CommandError::interrupted()) };
-        names.push((row.name.clone(), row.inspected().is_some()));
+        names.push((row.name.clone(), row.failure().is_none()));
     }
     Ok(names)
 }
@@ -172,7 +172,7 @@ impl Crew<'_> {
     fn keep(&self, at: usize, row: Row) {
         let mut shared = self.lock();
         shared.finished += 1;
-        shared.failed += usize::from(row.inspected().is_none());
+        shared.failed += usize::from(row.failure().is_some());
         let Shared { finished, failed, .. } = *shared;
         let failures = if failed > 0 { format!(", {failed} without a result") } else { String::new() };
         let detail = format!("{finished} of {}{failures}; {}", self.pending, row.name);

@@ -57,7 +57,10 @@ fn of_folder(folder: &Path) -> Result<Vec<PathBuf>, CommandError> {
     let shown = folder.display();
     let entries =
         std::fs::read_dir(folder).map_err(|e| CommandError::Failed(format!("{shown}: {}", files::reason(&e))))?;
-    let all: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).filter(|path| path.is_file()).collect();
+    // What is hidden is other programs' (`._scan.ply`); a link to nothing is a scan that is not there.
+    let is_hidden = |path: &Path| path.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.'));
+    let is_file = |path: &PathBuf| !is_hidden(path) && (path.is_file() || path.is_symlink() && !path.exists());
+    let all: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).filter(is_file).collect();
     let of = |kind: Named| all.iter().filter(|path| named(path) == kind).cloned().collect::<Vec<PathBuf>>();
     // Among scans, texts are notes and lists.
     let (scans, texts) = (of(Named::Scan), of(Named::Text));

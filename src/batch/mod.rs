@@ -11,6 +11,7 @@ use crate::cli::BatchArgs;
 use crate::error::CommandError;
 use crate::{interrupt, outputs, record};
 pub(crate) use crew::{Job, jobs, work_job};
+use gml_compiler::number::plain;
 use gml_runtime::export::image;
 use gml_runtime::export::measurement::DISTANCES;
 use gml_runtime::export::population::{PAGE, PopulationDocuments, SCANS};
@@ -67,6 +68,12 @@ fn document(plan: &Plan<'_>, rows: &[Row]) -> Result<Summary, CommandError> {
     let movements = Movements::of(program, &plan.start).ok();
     let model = program.name().to_owned();
     let mut summary = Summary::of(&model, rows, &placing, movements.as_ref());
+    if let Some(device) = plan.args.variance.device_uncertainty.filter(|device| *device > 0.0) {
+        summary.warnings.push(format!(
+            "the uncertainty of the scanner, {} mm, is one that all scans share: means may be off by it, and no interval here has it",
+            plain(device)
+        ));
+    }
     let map = shared_deviations(&plan.args.output, rows, &mut summary.warnings);
     let origin = format!("Made by {} on {}.", plan.record.tool, plan.record.time);
     let documents = PopulationDocuments {
@@ -92,15 +99,16 @@ fn shared_deviations(output: &Path, rows: &[Row], warnings: &mut Vec<String>) ->
         unread += usize::from(!added);
     }
     if unread > 0 {
-        warnings
-            .push(format!("{unread} files {DISTANCES} cannot be read: the map of the mean deviation is without them"));
+        warnings.push(format!(
+            "{DISTANCES} of {unread} scans cannot be read: the map of the mean deviation is without them"
+        ));
     }
     (map.textures() > 1).then_some(map)
 }
 
 /// The exit status: of all scans the worst.
 fn judge(rows: &[Row]) -> Result<(), CommandError> {
-    let failed = rows.iter().filter(|row| row.inspected().is_none()).count();
+    let failed = rows.iter().filter(|row| row.failure().is_some()).count();
     if failed > 0 {
         let all = rows.len();
         return Err(CommandError::Failed(format!("{failed} of {all} scans have no result; --retry tries them again")));

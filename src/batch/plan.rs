@@ -9,6 +9,7 @@ use gml_runtime::population::{CommonTexture, SCHEMA};
 use gml_runtime::reason::in_words;
 use gml_runtime::record::{Record, hexadecimal};
 use gml_runtime::variance::{self, MeasureOptions};
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::collections::HashMap;
@@ -91,8 +92,8 @@ impl<'a> Plan<'a> {
         let names = names(paths);
         let mut known: HashMap<String, String> = HashMap::new();
         let mut scans = Vec::with_capacity(paths.len());
-        for (path, name) in paths.iter().zip(names) {
-            let sha256 = sum(path);
+        let sums: Vec<Result<String, String>> = paths.par_iter().map(|path| sum(path)).collect();
+        for ((path, name), sha256) in paths.iter().zip(names).zip(sums) {
             let key = self.key(sha256.as_deref().unwrap_or_default());
             let copy_of = sha256.as_ref().ok().and_then(|sum| known.get(sum)).cloned();
             if let (Ok(sum), None) = (&sha256, &copy_of) {

@@ -1,7 +1,7 @@
 //! The summary of a batch as text.
 
 use crate::table;
-use gml_runtime::population::{Capability, Outcome, Quantities, Row, Series, Summary};
+use gml_runtime::population::{Capability, Quantities, Row, Series, Summary};
 
 /// The most failures and outlying values that are listed.
 const MOST_LISTED: usize = 20;
@@ -22,7 +22,7 @@ pub(super) fn summary(summary: &Summary, rows: &[Row]) -> String {
         && let Some(first) = variation.contributions.first()
     {
         out.push_str(&format!(
-            "most of what differs is by {}: it moves the surface by {} mm (rms), all parameters by {} mm\n",
+            "most of what differs is by {}: it moves the surface by {} mm (rms), all parameters that differ by {} mm\n",
             first.name,
             table::number(first.movement),
             table::number(variation.movement)
@@ -40,13 +40,7 @@ pub(super) fn summary(summary: &Summary, rows: &[Row]) -> String {
         ));
     }
     more(&mut out, summary.outlying.len());
-    let failures: Vec<(&Row, &String)> = rows
-        .iter()
-        .filter_map(|row| match &row.outcome {
-            Outcome::Failed { reason } => Some((row, reason)),
-            Outcome::Inspected(_) => None,
-        })
-        .collect();
+    let failures: Vec<(&Row, &str)> = rows.iter().filter_map(|row| Some((row, row.failure()?))).collect();
     for (row, reason) in failures.iter().take(MOST_LISTED) {
         out.push_str(&format!("no result: {}: {reason}\n", row.scan));
     }

@@ -4,13 +4,12 @@ use super::ledger;
 use super::plan::{Plan, Scan};
 use crate::error::CommandError;
 use crate::fit::Fitting;
+use crate::inspection::Inspecting;
 use crate::saved::SavedFit;
 use crate::{fit, measure, outputs, record};
 use gml_runtime::export::folder::{FIT, ROW, ResultFolder};
 use gml_runtime::export::json;
-use gml_runtime::export::measurement::Extras;
 use gml_runtime::fit::{EarlierFit, FitOptions};
-use gml_runtime::inspect::Inspection;
 use gml_runtime::population::{Inspected, Outcome, Row};
 use gml_runtime::progress::Progress;
 use gml_runtime::{scan, variance};
@@ -28,15 +27,16 @@ pub(super) fn inspect(
     let (time, begun) = (record::now(), Instant::now());
     let failed = |reason: String| {
         let row = ledger::row(plan, scan, time.clone(), begun, Outcome::Failed { reason });
-        ledger::keep_failed(plan, scan, &row)?;
+        ledger::keep_without_result(plan, scan, &row)?;
         Ok(Some(row))
     };
     if let Err(reason) = &scan.sha256 {
         return failed(reason.clone());
     }
     if let Some(original) = &scan.copy_of {
-        // What is measured once counts once.
-        return failed(format!("it is the same file as {original}"));
+        let row = ledger::row(plan, scan, time.clone(), begun, Outcome::Copy { of: original.clone() });
+        ledger::keep_without_result(plan, scan, &row)?;
+        return Ok(Some(row));
     }
     let work = || -> Result<Row, CommandError> {
         let folder = outputs::begin(&ledger::folder_of(plan, scan))?;
@@ -75,12 +75,16 @@ fn documented(
     let mut result = fitting.run(&options, progress)?.result;
     fit::unless_interrupted(&result)?;
     result.provenance = Some(record.clone());
-    let mut inspection = Inspection::of_fit(&subject.program, result, &scanned, measure_options, progress)?;
-    inspection.measurement.report.provenance = Some(record);
-    let extras = Extras { extent: args.documents, ..measure::extras(&args.variance) };
-    let scripts = record::scripts(&subject.program);
-    let written = inspection.write(folder.path(), &scanned, &scripts, extras, progress);
-    written.map_err(|e| outputs::failed(folder, e))?;
+    let inspecting = Inspecting {
+        program: &subject.program,
+        scan: &scanned,
+        options: measure_options,
+        controls: &args.variance,
+        extent: args.documents,
+        record: &record,
+    };
+    let inspection = inspecting.measure(result, progress)?;
+    inspecting.write(&inspection, true, folder, progress)?;
     Ok(Inspected::of(&inspection.fit, &inspection.measurement.report))
 }
 

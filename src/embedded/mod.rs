@@ -12,5 +12,6 @@ pub use batch::{BatchJobs, batch_jobs, batch_work};
 pub use error::{EmbeddedError, ErrorKind};
 pub use model::Model;
 pub use work::{
-    Measured, fit, inspect, measure, names_of_options, read_scan, scan_of_points, truth_of_scan, virtual_scan,
+    Measured, OptionName, fit, inspect, measure, names_of_options, read_scan, scan_of_points, truth_of_scan,
+    virtual_scan,
 };

@@ -5,11 +5,12 @@ use super::model::Model;
 use crate::cli::{FitControls, ReadingArgs, ReportArgs, VarianceControls, VirtualScanArgs};
 use crate::error::CommandError;
 use crate::fit::Fitting;
+use crate::inspection::Inspecting;
 use crate::saved::SavedFit;
 use crate::subject::Subject;
 use crate::{fit as fitting, measure as measuring, outputs, record, scan as scanning};
 use clap::{CommandFactory, Parser};
-use gml_runtime::export::measurement::Extras;
+use gml_runtime::export::measurement::Extent;
 use gml_runtime::fit::{FitOptions, FitResult};
 use gml_runtime::inspect::Inspection;
 use gml_runtime::mesh::TriangleMesh;
@@ -65,14 +66,17 @@ pub(super) fn parsed<L: Parser>(words: &[String]) -> Result<L, EmbeddedError> {
     })
 }
 
-/// The names of the options of reading, fitting, measuring and the virtual scanner, without dashes, and whether each
-/// takes a value.
+/// An option's name, without dashes, and that of its value in the help, such as `LENGTH`; none of a flag.
+pub type OptionName = (String, Option<String>);
+
+/// The names of the options of reading, fitting, measuring and the virtual scanner.
 #[must_use]
-pub fn names_of_options() -> [Vec<(String, bool)>; 4] {
+pub fn names_of_options() -> [Vec<OptionName>; 4] {
     let of = |command: clap::Command| {
         let options = command.get_arguments().filter_map(|arg| {
             let name = arg.get_long().filter(|name| *name != "help")?;
-            Some((name.to_owned(), arg.get_action().takes_values()))
+            let value = arg.get_value_names().and_then(|names| names.first()).map(ToString::to_string);
+            Some((name.to_owned(), value.filter(|_| arg.get_action().takes_values())))
         });
         options.collect()
     };
@@ -129,6 +133,9 @@ fn fitted(
     options: &FitOptions,
     progress: &dyn Progress,
 ) -> Result<(FitResult, Option<Scan>), EmbeddedError> {
+    if scans.is_empty() {
+        return Err(CommandError::usage("no scan is given").into());
+    }
     let fitting = Fitting { subject: &model.subject, controls, search: &[], scans };
     let mut fitted = fitting.run(options, progress)?;
     fitting::unless_interrupted(&fitted.result)?;
@@ -163,7 +170,7 @@ pub fn measure(
     let controls = parsed::<MeasureLine>(words)?.variance;
     require_fit_of(model, fit)?;
     let mut options = measuring::options(&controls)?;
-    variance::require_what_scan_has(scan, &options).map_err(EmbeddedError::failed)?;
+    variance::require_what_scan_has(scan, &options).map_err(CommandError::from)?;
     measuring::require_memory(&controls, scan)?;
     let program = model.program();
     let x: Vec<f64> = fit.parameters.iter().map(|p| p.value).collect();
@@ -171,8 +178,7 @@ pub fn measure(
     let atlas = options.resolution.layout(program, &*instance).map_err(EmbeddedError::failed)?;
     let atlas = Arc::new(atlas);
     options.atlas = Some(atlas.clone());
-    let inspection =
-        Inspection::of_fit(program, fit.clone(), scan, &options, progress).map_err(EmbeddedError::failed)?;
+    let inspection = Inspection::of_fit(program, fit.clone(), scan, &options, progress).map_err(CommandError::from)?;
     unless_cancelled(progress)?;
     let measurement = inspection.measurement;
     let texels = &measurement.deviations.texels;
@@ -223,14 +229,18 @@ pub fn inspect(
     fit.provenance = Some(record.clone());
     let scan = joined.as_ref().unwrap_or(&scans[0]);
     measuring::require_memory(&measured, scan)?;
-    let inspection = Inspection::of_fit(model.program(), fit, scan, &options, progress);
-    let mut inspection = inspection.map_err(EmbeddedError::failed)?;
-    inspection.measurement.report.provenance = Some(record);
-    let extras: Extras = measuring::extras(&measured);
-    let scripts = record::scripts(model.program());
-    let written = inspection.write(folder.path(), scan, &scripts, extras, progress);
+    let inspecting = Inspecting {
+        program: model.program(),
+        scan,
+        options: &options,
+        controls: &measured,
+        extent: Extent::All,
+        record: &record,
+    };
+    let inspection = inspecting.measure(fit, progress)?;
+    let written = inspecting.write(&inspection, true, &folder, progress);
     unless_cancelled(progress)?;
-    written.map_err(|error| outputs::failed(&folder, error))?;
+    written?;
     folder.finish(None).map_err(EmbeddedError::failed)?;
     Ok(inspection)
 }

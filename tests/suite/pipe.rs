@@ -78,14 +78,34 @@ fn pipes_of_a_pump_room_have_the_radius_of_an_independent_fit() {
         };
         let points: Vec<Vector3<f64>> = table.lines().filter_map(point).collect();
         let (expected, alone) = cylinder(&points, axis);
-        // 88.10 +- 0.28 beside 88.01 +- 0.08, and 87.42 +- 0.32 beside 87.31 +- 0.16. The independent fit takes points
-        // for independent; gmlc sees that residuals of neighbours are alike, and that the pipes are no cylinders.
-        // Whether it also sees waves along a pipe is a close decision: then the standard deviations are ten times as
-        // large.
+        // 88.10 +- 3 to 6 beside 88.01 +- 0.08, and 87.42 +- 0.32 beside 87.31 +- 0.16. The independent fit takes points for
+        // independent; gmlc sees that residuals of neighbours are alike, and that the pipes are no cylinders. The lowest
+        // fifth of the first one has a radius of 103 mm where the others have 87.4 to 88.2: for gmlc that is a wave.
         let apart = (radius - expected).abs();
         assert!(
-            apart < 0.3 && apart < sd && sd > alone && sd < 5.0,
+            apart < 0.3 && apart < sd && sd > alone && sd < 8.0,
             "{crop}: {radius} +- {sd}, not {expected} +- {alone}"
         );
     }
+}
+
+/// How large standard deviations are must not hang on which points a fit samples: that there are waves in the residuals
+/// of the first pipe is a close decision, which took them from 0.28 to 4.1 mm from one seed to the next.
+#[test]
+fn standard_deviations_do_not_hang_on_the_sample() {
+    let Some(data) = test_data() else { return };
+    let folder = tempdir().expect("a folder");
+    let folder = folder.path();
+    std::fs::write(folder.join("pipe.gml"), PIPE).expect("written");
+    let scan = data.join("clouds/pump.e57");
+    let scan = scan.to_str().expect("a path");
+    let of_seed = |seed: &str| {
+        gmlc(folder, &["fit", "pipe.gml", scan, PIPES[0].0, "--seed", seed, "-o", "fit.json"]);
+        let fit = json(&folder.join("fit.json"));
+        fit["parameters"][0]["sd"].as_f64().expect("half of a pipe says its radius")
+    };
+    let sds = ["1", "2", "3", "4"].map(of_seed);
+    let (least, most) = sds.iter().fold((f64::INFINITY, 0.0_f64), |(low, high), sd| (low.min(*sd), high.max(*sd)));
+    // 2.8 to 5.6.
+    assert!(most < 2.5 * least, "{sds:?}");
 }

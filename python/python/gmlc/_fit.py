@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from . import _gmlc, _html, _options
 from ._model import Model
-from ._scans import Progress, Scan, ScanLike, taken
+from ._scans import Progress, Scan, ScanLike, is_mesh, taken
 
 
 @dataclass(frozen=True)
@@ -147,7 +147,9 @@ class Fit(Mapping[str, Parameter]):
 
 
 def _scans(scan: ScanLike | Sequence[ScanLike], words: list[str], options: dict[str, Any], progress: Progress | None) -> list[Scan]:
-    several = scan if isinstance(scan, (list, tuple)) and not _is_points(scan) else [scan]
+    several = scan if isinstance(scan, (list, tuple)) and not (_is_points(scan) or is_mesh(scan)) else [scan]
+    if len(several) == 0:
+        raise ValueError("no scan is given")
     return [taken(one, words, options, progress) for one in several]
 
 
@@ -175,7 +177,7 @@ def fit(
         ``seed=1`` and so on
     :raises FitError: there is no fit; one that cannot be relied on is no error: see :attr:`Fit.shortcoming`
     """
-    reading, fitting = _options.words(options, _options.READING, _options.FITTING)
+    reading, fitting = _options.words(options, _options.READING, _options.FITTING, units=model._units)
     scans = _scans(scan, reading, options, progress)
     earlier = None if start is None else start.to_json()
     text, _ = _gmlc.fit(model._program, [one._inner for one in scans], fitting, earlier, progress)
@@ -324,7 +326,7 @@ def inspect(
     :param options: those of ``gmlc inspect``
     """
     groups = (_options.READING, _options.FITTING, _options.MEASURING, _options.REPORT)
-    reading, fitting, measuring, reporting = _options.words(options, *groups)
+    reading, fitting, measuring, reporting = _options.words(options, *groups, units=model._units)
     scans = [one._inner for one in _scans(scan, reading, options, progress)]
     text, report = _gmlc.inspect(model._program, scans, fitting, measuring, reporting, os.fspath(output), progress)
     return Inspection(Path(output), Fit(text, model), json.loads(report))

@@ -10,6 +10,7 @@ from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from typing import Any
 
+from . import _options
 from ._fit import Fit
 from ._fit import fit as fit_one
 from ._fit import inspect as inspect_one
@@ -97,6 +98,23 @@ def fit_many(
     :return: outcomes in the order of completion, each path once. What fails is an outcome with an ``error``, and no
         exception
     """
+    if isinstance(paths, (str, os.PathLike)):
+        raise TypeError("paths are several: give a list or another iterable of paths")
+    # A wrong option is an error at once, and not one of every scan.
+    groups = [_options.READING, _options.FITTING]
+    groups += [] if inspect_to is None else [_options.MEASURING, _options.REPORT]
+    _options.words(options, *groups)
+    return _outcomes(model, paths, executor, inspect_to, workers, options)
+
+
+def _outcomes(
+    model: Model,
+    paths: Iterable[str | os.PathLike[str]],
+    executor: Executor | None,
+    inspect_to: str | os.PathLike[str] | None,
+    workers: int | None,
+    options: dict[str, Any],
+) -> Iterator[Outcome]:
     count = workers or os.cpu_count() or 1
     own = executor is None
     texts, words = model.texts(), model._words

@@ -39,10 +39,13 @@ class Model:
     """
 
     def __init__(self, program: _gmlc.Program, options: Sequence[str] = ()) -> None:
+        if not isinstance(program, _gmlc.Program):
+            raise TypeError("a model is made by Model.load(path) or Model.from_source(text)")
         self._program = program
         self._words = list(options)
         #: The parameters, by name, in the script's order.
         self.parameters: Mapping[str, ModelParameter] = {p[0]: ModelParameter(*p) for p in program.parameters()}
+        self._units = {p.name: p.unit for p in self.parameters.values()}
         #: The names of the parts.
         self.parts: tuple[str, ...] = tuple(program.parts())
         #: The names of the measures, with their units.
@@ -117,8 +120,7 @@ class Model:
             if values:
                 raise TypeError("give all values in one array, or single ones by name")
             return At(self, np.ascontiguousarray(x, dtype=np.float64).reshape(-1))
-        units = {p.name: p.unit for p in self.parameters.values()}
-        return At(self, self._program.values(_options.pairs(values, units)))
+        return At(self, self._program.values(_options.pairs(values, self._units)))
 
     def __repr__(self) -> str:
         return f"<gmlc.Model {self.name}: {len(self.parameters)} parameters, {len(self.parts)} parts>"

@@ -6,9 +6,17 @@ import difflib
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+import numpy as np
+
 from . import _gmlc
 
-_READING, _FITTING, _MEASURING, _SCANNING = ({name: takes for name, takes in group} for group in _gmlc.option_names())
+#: What an option takes, by its name: as the command's help has it (``LENGTH``), None for a flag.
+Options = Mapping[str, "str | None"]
+
+_READING, _FITTING, _MEASURING, _SCANNING = (dict(group) for group in _gmlc.option_names())
+
+#: The units of plain numbers.
+_UNITS = {"LENGTH": "mm", "TOLERANCE": "mm", "ANGLE": "rad"}
 
 #: Options that the functions of this package have under another name, or that make no sense in them.
 _LEFT_OUT = {"trace", "output", "format", "json", "params", "truth", "param", "input"}
@@ -17,12 +25,13 @@ READING = {k: v for k, v in _READING.items() if k not in _LEFT_OUT}
 FITTING = {k: v for k, v in _FITTING.items() if k not in _LEFT_OUT or k == "param"}
 MEASURING = {k: v for k, v in _MEASURING.items() if k not in _LEFT_OUT}
 SCANNING = {k: v for k, v in _SCANNING.items() if k not in _LEFT_OUT - {"format"}}
-REPORT = {"report-field": True}
-COMPILING = {"input": True, "limit": True, "allow-path": True}
+REPORT: Options = {"report-field": "NAME=TEXT"}
+COMPILING: Options = {"input": "NAME=VALUE", "limit": "NAME=N", "allow-path": "FOLDER"}
 
 
-def words(options: Mapping[str, Any], *groups: Mapping[str, bool]) -> list[list[str]]:
-    """The words of each group of options; a TypeError names an option that is in none of them."""
+def words(options: Mapping[str, Any], *groups: Options, units: Mapping[str, str] | None = None) -> list[list[str]]:
+    """The words of each group of options; a TypeError names an option that is in none of them. ``units`` are those of
+    the model's parameters."""
     result: list[list[str]] = [[] for _ in groups]
     for key, value in options.items():
         name = key.replace("_", "-")
@@ -33,38 +42,38 @@ def words(options: Mapping[str, Any], *groups: Mapping[str, bool]) -> list[list[
             hint = f"; did you mean {near[0]!r}?" if near else ""
             raise TypeError(f"there is no option {key!r}{hint}")
         for i in known:
-            result[i].extend(_word(name, value, groups[i][name]))
+            result[i].extend(_word(name, value, groups[i][name], units or {}))
     return result
 
 
-def _word(name: str, value: Any, takes_value: bool) -> Iterable[str]:
+def _word(name: str, value: Any, kind: str | None, units: Mapping[str, str]) -> Iterable[str]:
     if value is None or value is False:
         return
-    if not takes_value:
+    if kind is None:
         if value is not True:
             raise TypeError(f"{name.replace('-', '_')} is True or False, not {value!r}")
         yield f"--{name}"
     elif isinstance(value, Mapping):
         for key, one in value.items():
-            yield f"--{name}={key}={_text(one)}"
+            yield f"--{name}={key}={_text(one, units.get(key, ''))}"
     elif isinstance(value, (list, tuple)):
         for one in value:
-            yield f"--{name}={_text(one)}"
+            yield f"--{name}={_text(one, _UNITS.get(kind, ''))}"
     elif value is True:
         raise TypeError(f"{name.replace('-', '_')} needs a value")
     else:
-        yield f"--{name}={_text(value)}"
+        yield f"--{name}={_text(value, _UNITS.get(kind, ''))}"
 
 
-def _text(value: Any) -> str:
-    return str(value).lower() if isinstance(value, bool) else str(value)
+def _text(value: Any, unit: str = "") -> str:
+    """A value as the command has it: numbers in millimetres and radians."""
+    if isinstance(value, (bool, np.bool_)):
+        return str(value).lower()
+    if isinstance(value, (int, np.integer)):
+        return f"{int(value)}{unit}"
+    return f"{float(value)!r}{unit}" if isinstance(value, (float, np.floating)) else str(value)
 
 
 def pairs(values: Mapping[str, Any], units: Mapping[str, str]) -> list[tuple[str, str]]:
     """Values of parameters as the command has them; plain numbers are in millimetres and radians."""
-    result = []
-    for name, value in values.items():
-        unit = units.get(name, "")
-        is_text = isinstance(value, str)
-        result.append((name, value if is_text else f"{float(value)!r}{unit}"))
-    return result
+    return [(name, _text(value if isinstance(value, str) else float(value), units.get(name, ""))) for name, value in values.items()]

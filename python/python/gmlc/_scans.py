@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import json
 import os
 from typing import Any, Callable, Union
@@ -15,7 +16,8 @@ from ._model import Model
 #: Called with the stage of the work, its share from 0 to 1 (NaN where unknown), and a phrase of figures.
 Progress = Callable[[str, float, str], Any]
 
-#: What functions take for a scan: a path, points (n, 3) in mm, a mesh or a cloud of trimesh, Open3D or PyVista, a Scan.
+#: What functions take for a scan: a path; points (n, 3) in mm; vertices and triangles, (n, 3) and (m, 3); a mesh or a
+#: cloud of trimesh, Open3D or PyVista; a Scan.
 ScanLike = Union[str, "os.PathLike[str]", NDArray[Any], "Scan", Any]
 
 #: Millimetres in a unit.
@@ -69,8 +71,10 @@ class Scan:
 def read_scan(scan: ScanLike, *, progress: Progress | None = None, **options: Any) -> Scan:
     """Read and clean a scan.
 
-    :param scan: a path; an array of points, shape (n, 3); a ``trimesh.Trimesh`` or ``PointCloud``, an Open3D
-        ``TriangleMesh`` or ``PointCloud``, a ``pyvista.PolyData``; or a :class:`Scan`, which is returned
+    :param scan: a path; an array of points, shape (n, 3), of which those that are masked are left out; a pair of
+        vertices and triangles (integers, (m, 3)); a ``trimesh.Trimesh``, ``PointCloud`` or ``Scene``, an Open3D
+        ``TriangleMesh`` or ``PointCloud``, a ``pyvista.PolyData``, or the surface of another of its data sets; or a
+        :class:`Scan`, which is returned
     :param options: those of reading: ``unit``, ``crop``, ``voxel``, ``drop_outliers`` and so on; of what is no file
         only ``unit``
     :raises FitError: the scan cannot be read
@@ -91,12 +95,31 @@ def taken(scan: ScanLike, words: list[str], options: dict[str, Any], progress: P
     unit = options.get("unit") or "mm"
     if unit not in _UNITS:
         raise _gmlc.UsageError(f"unit={unit!r} is none of {', '.join(_UNITS)}")
-    points = np.ascontiguousarray(points, dtype=np.float64) * _UNITS[unit]
-    if points.ndim != 2 or points.shape[1] != 3:
-        raise ValueError(f"the points have the shape {points.shape}; expected (n, 3)")
+    points = _numbers(points, name) * _UNITS[unit]
     normals = None if normals is None or len(normals) != len(points) else np.ascontiguousarray(normals, dtype=np.float64)
     triangles = None if triangles is None or len(triangles) == 0 else np.ascontiguousarray(triangles, dtype=np.int64)
     return Scan(_gmlc.Scan.from_points(points, normals, triangles, name))
+
+
+def _numbers(points: Any, name: str) -> NDArray[np.float64]:
+    """Points, shape (n, 3)."""
+    mask = np.ma.getmaskarray(points).any(axis=-1) if isinstance(points, np.ma.MaskedArray) else None
+    array = np.asarray(points)
+    if array.dtype.kind not in "iuf":
+        raise TypeError(f"{name}: points are real numbers, not {array.dtype}")
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise ValueError(f"the points have the shape {array.shape}; expected (n, 3)")
+    if mask is not None:
+        array = array[~mask]
+    return np.ascontiguousarray(array, dtype=np.float64)
+
+
+def is_mesh(scan: Any) -> bool:
+    """Whether a pair is one of vertices and triangles, and not of scans."""
+    if not isinstance(scan, (list, tuple)) or len(scan) != 2 or any(isinstance(one, (str, os.PathLike, Scan)) for one in scan):
+        return False
+    shapes = [np.shape(one) for one in scan]
+    return all(len(s) == 2 and s[1] == 3 for s in shapes) and np.asarray(scan[1]).dtype.kind in "iu"
 
 
 def _refuse(options: dict[str, Any], what: str, taken: set[str]) -> None:
@@ -110,15 +133,18 @@ def _arrays(scan: Any) -> tuple[Any, Any, Any, str]:
     """Points, normals, triangles and a name, of whatever other packages have."""
     if isinstance(scan, np.ndarray):
         return scan, None, None, "array"
+    if is_mesh(scan):
+        return np.asarray(scan[0]), None, np.asarray(scan[1]), "vertices and triangles"
     name = f"{type(scan).__module__.split('.')[0]}.{type(scan).__name__}"
     # trimesh: normals of vertices are computed by it from the triangles, as gmlc does itself.
     if hasattr(scan, "faces") and hasattr(scan, "vertices"):
         return scan.vertices, None, scan.faces, name
     if hasattr(scan, "vertices") and hasattr(scan, "triangles"):
         return np.asarray(scan.vertices), None, np.asarray(scan.triangles), name
-    if hasattr(scan, "points") and hasattr(scan, "regular_faces") and bool(getattr(scan, "n_faces_strict", False)):
-        triangulated = scan if scan.is_all_triangles else scan.triangulate()
-        return triangulated.points, None, triangulated.regular_faces, name
+    if name == "trimesh.Scene":
+        return _arrays(scan.to_mesh() if hasattr(scan, "to_mesh") else scan.dump(concatenate=True))
+    if hasattr(scan, "points") and hasattr(scan, "extract_surface"):
+        return _of_pyvista(scan, name)
     if hasattr(scan, "points"):
         own = getattr(scan, "normals", None)
         has_normals = getattr(scan, "has_normals", None)
@@ -126,10 +152,21 @@ def _arrays(scan: Any) -> tuple[Any, Any, Any, str]:
         return np.asarray(scan.points), normals, None, name
     if hasattr(scan, "vertices"):
         return scan.vertices, None, None, name
-    try:
-        return np.asarray(scan, dtype=np.float64), None, None, "array"
-    except (TypeError, ValueError):
-        raise TypeError(f"a scan is a path, an array of points, or a mesh or cloud of trimesh, Open3D or PyVista, not {name}") from None
+    if isinstance(scan, (list, tuple)):
+        return np.asarray(scan), None, None, "array"
+    raise TypeError(f"a scan is a path, an array of points, or a mesh or cloud of trimesh, Open3D or PyVista, not {name}")
+
+
+def _of_pyvista(scan: Any, name: str) -> tuple[Any, Any, Any, str]:
+    """The surface of a data set of PyVista; its points where it has none."""
+    # Where the algorithm may be named, its default is about to change.
+    named = "algorithm" in inspect.signature(scan.extract_surface).parameters
+    known = {"algorithm": "dataset_surface"} if named else {}
+    surface = scan if hasattr(scan, "regular_faces") else scan.extract_surface(**known)
+    if surface.n_cells == surface.n_verts:
+        return scan.points, None, None, name
+    triangulated = surface if surface.is_all_triangles else surface.triangulate()
+    return triangulated.points, None, triangulated.faces.reshape(-1, 4)[:, 1:], name
 
 
 def scan(

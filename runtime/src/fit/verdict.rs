@@ -13,7 +13,7 @@ impl FitResult {
     }
 
     /// A sentence that says why the fit cannot be relied on; none if it converged, at least half of the scan's points
-    /// are inliers, and these are enough and not flat. Of several scans this holds for each, and they agree on the
+    /// are inliers, these are enough and not flat, and they determine a parameter if there are several. Of several scans this holds for each, and they agree on the
     /// shape: otherwise it is that of none of them.
     #[must_use]
     pub fn shortcoming(&self) -> Option<String> {
@@ -30,6 +30,9 @@ impl FitResult {
         if !self.converged {
             return Some("the last stage did not converge".to_owned());
         }
+        if let Some(free) = self.nothing_determined() {
+            return Some(format!("none of its {free} parameters is determined, and most of them ended at a bound"));
+        }
         let of_scan = |(n, scan): (usize, &FittedScan)| {
             let path = &scan.source.path;
             let name = if path.is_empty() { format!("scan {}", n + 1) } else { path.clone() };
@@ -38,6 +41,16 @@ impl FitResult {
         // Two scans of which one is of another object do not agree either.
         let foreign = self.scans.iter().enumerate().filter(|(_, scan)| scan.foreign).find_map(of_scan);
         foreign.or_else(|| self.scans.iter().enumerate().find_map(of_scan))
+    }
+}
+
+impl FitResult {
+    /// The number of free parameters, if they are several, none of them has a standard deviation, and most ended at a
+    /// bound: then points lie near the model because it is large, and not because it has their shape.
+    fn nothing_determined(&self) -> Option<usize> {
+        let free = || self.parameters.iter().filter(|p| !p.fixed);
+        let (count, at_bound) = (free().count(), free().filter(|p| p.at_bound).count());
+        (count > 1 && free().all(|p| p.sd.is_none()) && 2 * at_bound > count).then_some(count)
     }
 }
 

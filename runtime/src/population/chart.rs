@@ -1,5 +1,6 @@
 //! Control charts of single values.
 
+use crate::robust::median;
 use serde::{Deserialize, Serialize};
 
 /// The expected range of two values of a normal distribution, in standard deviations (ISO 7870-2:2013, d2 for n = 2).
@@ -49,9 +50,11 @@ pub struct Signal {
 }
 
 impl IndividualsChart {
-    /// The chart of values in the order in which they came about; none of fewer than two.
+    /// The chart of values in the order in which they came about, with their standard deviations of measurement where
+    /// these are known; none of fewer than two. The limits are those of a usual measurement: a poorer one is a signal only
+    /// beyond what it adds to them.
     #[must_use]
-    pub fn of(values: &[f64]) -> Option<Self> {
+    pub fn of(values: &[f64], sds: &[Option<f64>]) -> Option<Self> {
         if values.len() < 2 {
             return None;
         }
@@ -62,19 +65,27 @@ impl IndividualsChart {
         let limits = [centre - REACH * sigma, centre + REACH * sigma];
         let range_limit = D4 * mean_range;
         let mut signals = Vec::new();
+        let excess = excess(sds);
         for (at, value) in values.iter().enumerate() {
-            if !(limits[0]..=limits[1]).contains(value) {
+            if (value - centre).abs() > REACH * (sigma * sigma + excess(at)).sqrt() {
                 signals.push(Signal { at, reason: "beyond a control limit".to_owned() });
             }
         }
-        for (i, range) in ranges.iter().enumerate().filter(|(_, range)| **range > range_limit) {
-            let reason = format!("the step from the one before, {range:.4}, is beyond the limit of moving ranges");
+        let wider = |i: usize| (1.0 + 0.5 * (excess(i) + excess(i + 1)) / (sigma * sigma)).sqrt();
+        for (i, _) in ranges.iter().enumerate().filter(|(i, range)| **range > range_limit * wider(*i)) {
+            let reason = "the step from the one before is beyond the limit of moving ranges".to_owned();
             signals.push(Signal { at: i + 1, reason });
         }
         signals.extend(runs(values, centre));
         signals.sort_by_key(|signal| signal.at);
         Some(Self { centre, sigma, limits, mean_range, range_limit, signals, few: values.len() < FEW })
     }
+}
+
+/// By place, what a measurement adds to the variance of a usual one.
+fn excess(sds: &[Option<f64>]) -> impl Fn(usize) -> f64 {
+    let usual = median(&mut sds.iter().copied().flatten().collect::<Vec<f64>>()).unwrap_or(0.0);
+    move |at| sds.get(at).copied().flatten().map_or(0.0, |sd| (sd * sd - usual * usual).max(0.0))
 }
 
 /// The ends of runs on one side of the centre.

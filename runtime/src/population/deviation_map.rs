@@ -1,6 +1,10 @@
 //! Deviations of many objects at the same places of the surface.
 
+use statrs::distribution::{ContinuousCDF, StudentsT};
 use thiserror::Error;
+
+/// What is less probable is no chance: that of three standard deviations.
+pub const BY_CHANCE: f64 = 0.0027;
 
 /// Textures of different sizes cannot be added.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
@@ -68,10 +72,18 @@ impl DeviationMap {
         self.map(|i| self.variance(i).sqrt())
     }
 
-    /// The mean in its standard errors at every texel, likewise: beyond 3 it is no chance.
+    /// The probability of such a mean, or one farther from zero, where the true one is zero, at every texel, likewise: by
+    /// Student's t.
     #[must_use]
-    pub fn significance(&self) -> Vec<f32> {
-        self.map(|i| self.mean[i] / (self.variance(i) / f64::from(self.count[i])).sqrt())
+    pub fn chance(&self) -> Vec<f32> {
+        let most = self.count.iter().copied().max().unwrap_or(0);
+        let by_degrees: Vec<Option<StudentsT>> =
+            (0..most.max(1)).map(|degrees| StudentsT::new(0.0, 1.0, f64::from(degrees)).ok()).collect();
+        self.map(|i| {
+            let t = self.mean[i].abs() / (self.variance(i) / f64::from(self.count[i])).sqrt();
+            let distribution = by_degrees[self.count[i] as usize - 1].as_ref();
+            distribution.filter(|_| !t.is_nan()).map_or(f64::NAN, |d| 2.0 * d.sf(t))
+        })
     }
 
     fn variance(&self, i: usize) -> f64 {

@@ -27,7 +27,7 @@ mod tests;
 pub use capability::{Capability, Index, Limits};
 pub use chart::{IndividualsChart, Signal};
 pub use correlation::Correlation;
-pub use deviation_map::{DeviationMap, MapError};
+pub use deviation_map::{BY_CHANCE, DeviationMap, MapError};
 pub use layout::CommonTexture;
 pub use normality::Normality;
 pub use outlying::{Outlying, outlying};

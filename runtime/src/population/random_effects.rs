@@ -8,6 +8,9 @@ use statrs::distribution::{ChiSquared, ContinuousCDF, StudentsT};
 /// Values that agree better than in one of so many populations say that their standard deviations are too large.
 const IMPROBABLE: f64 = 0.01;
 
+/// Objects are taken for different where equal ones would have such values in fewer of so many populations.
+const DIFFERENT: f64 = 0.01;
+
 /// Halvings of an interval: more than a double has digits.
 const HALVINGS: usize = 200;
 
@@ -62,6 +65,8 @@ impl RandomEffects {
         let t = StudentsT::new(0.0, 1.0, degrees).ok()?.inverse_cdf(1.0 - tail);
         let chi = ChiSquared::new(degrees).ok()?;
         let (q, [low, high]) = (problem.q(0.0), [1.0 - tail, tail].map(|p| problem.profile(chi.inverse_cdf(p))));
+        // Values that agree that well say nothing against any spread between objects which they have themselves.
+        let high = if high > 0.0 { high } else { largest(measured).powi(2) };
         let measurement = (measured.iter().map(|(_, sd)| sd * sd).sum::<f64>() / measured.len() as f64).sqrt();
         Some(Self {
             count: measured.len(),
@@ -83,12 +88,23 @@ impl RandomEffects {
     /// the spread between objects is then at most that of the values.
     #[must_use]
     pub fn bounded(self, measured: &[(f64, f64)]) -> Self {
-        let values: Vec<f64> = measured.iter().map(|(value, _)| *value).collect();
-        let (_, sd) = mean_and_sd(&values);
-        let degrees = (self.count - 1) as f64;
-        let lowest = ChiSquared::new(degrees).map_or(f64::NAN, |chi| chi.inverse_cdf((1.0 - COVERAGE) / 2.0));
-        Self { between: f64::NAN, between_interval: [0.0, sd * (degrees / lowest).sqrt()], ..self }
+        Self { between: f64::NAN, between_interval: [0.0, largest(measured)], ..self }
     }
+
+    /// Whether the values show that objects differ.
+    #[must_use]
+    pub fn shows_difference(&self) -> bool {
+        self.between.is_finite() && self.p_equal < DIFFERENT
+    }
+}
+
+/// The upper confidence limit of the spread of the values, measurement included.
+fn largest(measured: &[(f64, f64)]) -> f64 {
+    let values: Vec<f64> = measured.iter().map(|(value, _)| *value).collect();
+    let (_, sd) = mean_and_sd(&values);
+    let degrees = (values.len() - 1) as f64;
+    let lowest = ChiSquared::new(degrees).map_or(f64::NAN, |chi| chi.inverse_cdf((1.0 - COVERAGE) / 2.0));
+    sd * (degrees / lowest).sqrt()
 }
 
 struct Problem<'a> {

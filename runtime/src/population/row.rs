@@ -41,6 +41,11 @@ pub enum Outcome {
         /// A sentence that says why.
         reason: String,
     },
+    /// The file is that of another row: what is measured once counts once.
+    Copy {
+        /// The other one's path.
+        of: String,
+    },
 }
 
 /// Figures of a fit and of its deviations.
@@ -178,7 +183,16 @@ impl Row {
     pub fn inspected(&self) -> Option<&Inspected> {
         match &self.outcome {
             Outcome::Inspected(inspected) => Some(inspected),
-            Outcome::Failed { .. } => None,
+            Outcome::Failed { .. } | Outcome::Copy { .. } => None,
+        }
+    }
+
+    /// Why there is no result where there should be one.
+    #[must_use]
+    pub fn failure(&self) -> Option<&str> {
+        match &self.outcome {
+            Outcome::Failed { reason } => Some(reason),
+            _ => None,
         }
     }
 

@@ -13,6 +13,9 @@ use serde::{Deserialize, Serialize};
 /// Correlations between all pairs of more quantities would be a table that nobody reads.
 const MOST_CORRELATED: usize = 40;
 
+/// Quantities that correlate by more are the same but for a factor.
+const SAME: f64 = 1.0 - 1e-9;
+
 /// What a series is of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -108,8 +111,8 @@ impl Summary {
             correlations.iter_mut().for_each(|c| c.between = between_of(c, names, between));
         }
         let far = |s: &Series| {
-            let places = s.rows.iter().zip(&s.values).zip(&s.sds);
-            outlying(&s.name, &places.map(|((row, value), sd)| (*row, *value, *sd)).collect::<Vec<_>>())
+            let places = s.rows.iter().zip(&s.values).zip(s.measurement(rows));
+            outlying(&s.name, &places.map(|((row, value), sd)| (*row, *value, sd)).collect::<Vec<_>>(), series.len())
         };
         let mut outlying: Vec<Outlying> = series.iter().flat_map(far).collect();
         outlying.sort_by(|a, b| b.score.abs().total_cmp(&a.score.abs()));
@@ -185,12 +188,15 @@ fn measured(
     series.evaluated(noise.as_deref())
 }
 
+/// The figure of a part that holds the noise of the scan.
+const RMS: &str = "rms";
+
 /// A figure of a part.
 type Figure = fn(&PartRow) -> Option<f64>;
 
 /// The series of the mean and of the root mean square deviation of a part.
 fn of_part(sound: &[(usize, &Inspected)], name: &str) -> [Series; 2] {
-    let figures: [(&str, Figure); 2] = [("mean", |part| part.mean), ("rms", |part| part.rms)];
+    let figures: [(&str, Figure); 2] = [("mean", |part| part.mean), (RMS, |part| part.rms)];
     figures.map(|(figure, value)| {
         let of = |i: &Inspected| i.parts.iter().find(|part| part.name == name).and_then(value);
         let with: Vec<(usize, f64)> = sound.iter().filter_map(|(row, i)| Some((*row, of(i)?))).collect();
@@ -218,7 +224,7 @@ fn of_part(sound: &[(usize, &Inspected)], name: &str) -> [Series; 2] {
 impl Series {
     /// With what its values say. `noise` has the standard deviations by the noise of single points alone.
     fn evaluated(mut self, noise: Option<&[f64]>) -> Self {
-        self.chart = IndividualsChart::of(&self.values);
+        self.chart = IndividualsChart::of(&self.values, &self.sds);
         let with_sd: Option<Vec<(f64, f64)>> =
             self.values.iter().zip(&self.sds).map(|(value, sd)| Some((*value, (*sd)?))).collect();
         self.effects = with_sd.as_deref().and_then(RandomEffects::of);
@@ -234,6 +240,21 @@ impl Series {
 }
 
 impl Series {
+    /// Whether the values show that objects differ in this.
+    fn differs(&self) -> bool {
+        self.effects.is_some_and(|effects| effects.shows_difference())
+    }
+
+    /// What a measurement may add to each value. Root mean squares hold the noise of the scan, up to all of it.
+    fn measurement(&self, rows: &[Row]) -> Vec<Option<f64>> {
+        let is_rms = self.of == Quantities::Part && self.name.ends_with(RMS);
+        let of = |((row, value), sd): ((&usize, &f64), &Option<f64>)| {
+            let noise = rows.get(*row).and_then(Row::inspected).map(|i| i.noise).filter(|n| is_rms && n.is_finite());
+            noise.map(|noise| value - (value * value - noise * noise).max(0.0).sqrt()).or(*sd)
+        };
+        self.rows.iter().zip(&self.values).zip(&self.sds).map(of).collect()
+    }
+
     /// The values differ by less than the standard deviations of the fits allow: the spread is estimated with those of
     /// the noise alone, if these are not too large as well, or else is only bounded.
     fn without_shared_errors(&mut self, effects: RandomEffects, measured: &[(f64, f64)], noise: Option<&[f64]>) {
@@ -272,7 +293,8 @@ fn correlated(series: &[Series], sound: &[(usize, &Inspected)]) -> Vec<Correlati
             let of_b = |row: &usize| b.rows.iter().position(|other| other == row).map(|k| b.values[k]);
             let pairs = a.rows.iter().zip(&a.values).filter_map(|(row, value)| Some((*value, of_b(row)?)));
             let correlation = Correlation::of([&a.name, &b.name], &pairs.collect::<Vec<_>>());
-            let Some(mut correlation) = correlation else { continue };
+            // A measure may be a parameter, or twice one.
+            let Some(mut correlation) = correlation.filter(|c| c.r.abs() < SAME) else { continue };
             let both_parameters = a.of == Quantities::Parameter && b.of == Quantities::Parameter;
             correlation.of_errors = both_parameters.then(|| of_errors(&a.name, &b.name, sound)).flatten();
             found.push(correlation);
@@ -304,7 +326,7 @@ fn between_of(correlation: &Correlation, names: &[String], between: &DMatrix<f64
 /// The parameters with a covariance between objects.
 type Between = (Vec<String>, DMatrix<f64>);
 
-/// How the objects differ, over the parameters that all of them determine.
+/// How the objects differ, over the parameters that all of them determine and in which they show that they differ.
 fn varied(
     sound: &[(usize, &Inspected)],
     series: &[Series],
@@ -312,7 +334,8 @@ fn varied(
 ) -> Option<(Variation, Between)> {
     let movements = movements?;
     let determined = |name: &String| sound.iter().all(|(_, i)| i.covariance.0.contains(name));
-    let parameters = series.iter().filter(|s| s.of == Quantities::Parameter && s.rows.len() == sound.len());
+    let is_told = |s: &&Series| s.of == Quantities::Parameter && s.rows.len() == sound.len() && s.differs();
+    let parameters = series.iter().filter(is_told);
     let names: Vec<String> = parameters.map(|s| s.name.clone()).filter(determined).collect();
     let value = |i: &Inspected, name: &String| i.parameters.iter().find(|p| p.name == *name)?.value;
     let values = sound.iter().map(|(_, i)| names.iter().map(|name| value(i, name)).collect::<Option<Vec<f64>>>());
@@ -349,8 +372,12 @@ fn verdicts(rows: &[Row]) -> Vec<(String, usize)> {
 
 fn warnings(rows: &[Row], inspected: usize, sound: usize) -> Vec<String> {
     let mut warnings = Vec::new();
-    if inspected < rows.len() {
-        let failed = rows.len() - inspected;
+    let failed = rows.iter().filter(|row| row.failure().is_some()).count();
+    let copies = rows.len() - inspected - failed;
+    if copies > 0 {
+        warnings.push(format!("{copies} of {} files are copies of others: each object counts once", rows.len()));
+    }
+    if failed > 0 {
         warnings.push(format!("{failed} of {} scans have no result: the table says why", rows.len()));
     }
     if sound < inspected {

@@ -4,7 +4,7 @@ use super::*;
 use nalgebra::DMatrix;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, Normal};
+use rand_distr::{Distribution, Normal, StandardNormal};
 
 /// Vaccine against tuberculosis: log relative risks and their variances of 13 trials, from the counts in Colditz et
 /// al., JAMA 271, 1994.
@@ -87,26 +87,26 @@ fn equal_objects_have_no_spread_between_them() {
 /// By hand: mean 10, moving ranges 1, 2, 3, mean 2.
 #[test]
 fn limits_follow_from_moving_ranges() {
-    let chart = IndividualsChart::of(&[10.0, 11.0, 9.0, 12.0, 8.0]).unwrap();
+    let chart = IndividualsChart::of(&[10.0, 11.0, 9.0, 12.0, 8.0], &[]).unwrap();
     assert_eq!((chart.centre, chart.mean_range), (10.0, 2.5));
     assert!((chart.limits[1] - (10.0 + 3.0 * 2.5 / 1.128)).abs() < 1e-2);
     assert!((chart.range_limit - 3.267 * 2.5).abs() < 2e-3);
     assert!(chart.signals.is_empty() && chart.few);
     let mut shifted = vec![0.1, -0.1, 0.2, -0.2, 0.1, 0.0, -0.1, 0.1, 0.2, -0.1, 5.0];
-    let chart = IndividualsChart::of(&shifted).unwrap();
+    let chart = IndividualsChart::of(&shifted, &[]).unwrap();
     assert!(chart.signals.iter().any(|s| s.at == 10 && s.reason.contains("beyond")), "{:?}", chart.signals);
     shifted.truncate(10);
     shifted.extend([0.3; 10]);
-    let chart = IndividualsChart::of(&shifted).unwrap();
+    let chart = IndividualsChart::of(&shifted, &[]).unwrap();
     assert!(chart.signals.iter().any(|s| s.reason.contains("9th in a row")), "{:?}", chart.signals);
-    assert!(IndividualsChart::of(&[1.0]).is_none());
+    assert!(IndividualsChart::of(&[1.0], &[]).is_none());
 }
 
 /// Values of equal spacing: sd by hand; chi-squared by table (24 degrees: 12.401 and 39.364).
 #[test]
 fn indices_are_those_of_tables() {
     let values: Vec<f64> = (0..25).map(|i| 10.0 + 0.01 * f64::from((i * 7) % 25 - 12)).collect();
-    let chart = IndividualsChart::of(&values).unwrap();
+    let chart = IndividualsChart::of(&values, &[]).unwrap();
     let limits = Limits { lower: 9.7, upper: 10.4 };
     let found = Capability::of(&values, limits, &chart, 0.0).unwrap();
     let sd = 0.01 * f64::sqrt((25.0 * 25.0 - 1.0) / 12.0 * 25.0 / 24.0);
@@ -164,9 +164,38 @@ fn a_value_far_from_the_others_is_outlying_unless_its_measurement_is_poor() {
         (0..20).map(|i| (i, 10.0 + 0.01 * f64::from(i as u32 % 5), Some(0.01))).collect();
     values[7] = (7, 10.5, Some(0.01));
     values[9] = (9, 10.5, Some(0.4));
-    let found = outlying("r", &values);
+    let found = outlying("r", &values, 1);
     assert_eq!(found.iter().map(|o| o.row).collect::<Vec<_>>(), [7]);
-    assert!(outlying("r", &values[..4]).is_empty());
+    assert!(outlying("r", &values[..4], 1).is_empty());
+}
+
+/// Of populations of equal objects one in twenty has an outlier, and no more.
+#[test]
+fn few_populations_of_equal_objects_have_outliers() {
+    let mut random = ChaCha8Rng::seed_from_u64(5);
+    for count in [5, 8, 20, 60] {
+        let mut with = 0;
+        for _ in 0..2000 {
+            let value = |row| (row, StandardNormal.sample(&mut random), None);
+            let values: Vec<(usize, f64, Option<f64>)> = (0..count).map(value).collect();
+            with += usize::from(!outlying("r", &values, 1).is_empty());
+        }
+        // Of 2,000 trials 100 are expected, with a standard deviation of 10; the formula is safe for few values.
+        assert!((20..130).contains(&with), "{with} of 2,000 with {count} values");
+    }
+}
+
+#[test]
+fn a_poorer_measurement_has_wider_control_limits() {
+    let mut values: Vec<f64> = (0..30).map(|i| 9.9 + 0.1 * f64::from(i % 3)).collect();
+    values[6] = 10.8;
+    let known = |poor: f64| (0..30).map(|i| Some(if i == 6 { poor } else { 0.05 })).collect::<Vec<Option<f64>>>();
+    let at = |poor| {
+        let chart = IndividualsChart::of(&values, &known(poor)).unwrap();
+        chart.signals.iter().map(|s| s.at).collect::<Vec<_>>()
+    };
+    assert!(at(0.05).contains(&6), "{:?}", at(0.05));
+    assert!(at(0.4).is_empty(), "{:?}", at(0.4));
 }
 
 #[test]
@@ -179,7 +208,8 @@ fn maps_are_means_and_deviations_of_what_was_measured() {
     assert_eq!((mean[2], sd[2]), (3.0, 2f32.sqrt()));
     // One of three is not enough.
     assert!(mean[1].is_nan() && mean[3].is_nan());
-    assert!((map.significance()[0] - 3.0 / (2.0 / 3f32.sqrt())).abs() < 1e-6);
+    // Of two degrees of freedom p = 1 - t / sqrt(2 + t^2), t = 3 / (2 / sqrt(3)).
+    assert!((map.chance()[0] - 0.121_69).abs() < 1e-4, "{}", map.chance()[0]);
     assert!(map.add(&[0.0; 3]).is_err());
 }
 

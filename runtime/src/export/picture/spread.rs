@@ -1,4 +1,4 @@
-//! The standard deviation of deviations between objects as a picture.
+//! The standard deviation of the deviations of many objects as a picture.
 
 use super::legend::{BINS, Legend, Theme, Tick};
 use super::texture::{letters, period, with_legend};
@@ -42,11 +42,11 @@ pub fn spread_picture(texels: &Texels, values: &[f32]) -> Picture {
     let legend = Legend {
         below: "alike",
         above: "different",
-        unit: "sd between objects in mm",
+        unit: "sd in mm",
         swatches: &[(NO_DATA, "too few")],
         ticks: &[0.0, 0.5, 1.0].map(tick),
         colour: &|place| sequential(0.5 * (place + 1.0)),
-        histogram: Some((&bins, "measured area")),
+        histogram: Some((&bins, "area")),
     };
     with_legend(map, |width| legend.draw(width, size, &Theme::DARK))
 }

@@ -13,6 +13,9 @@ const RIGHT: f64 = 60.0;
 const TOP: f64 = 10.0;
 const BOTTOM: f64 = 26.0;
 
+/// Height of a label. The chart's units.
+const LETTERS: f64 = 12.0;
+
 /// Radius of a mark at a value that is a signal. The chart's units.
 const RING: f64 = 5.0;
 
@@ -28,12 +31,17 @@ pub(super) fn run_chart(series: &Series, names: &dyn Fn(usize) -> String, scale:
         "<svg viewBox=\"0 0 {width} {height}\" role=\"img\" aria-label=\"Run chart of {}\">\n",
         escape(&series.name)
     );
+    let mut labelled: Vec<f64> = Vec::new();
     for (value, class, label) in lines(series) {
         let (line, right) = (y(value), width - RIGHT);
         let _ =
             writeln!(out, "<line class=\"{class}\" x1=\"{LEFT}\" x2=\"{right}\" y1=\"{line:.1}\" y2=\"{line:.1}\"/>");
-        let (left, text) = (right + 5.0, line + 4.0);
-        let _ = writeln!(out, "<text x=\"{left}\" y=\"{text:.1}\">{label}</text>");
+        // Of labels that would cover each other the first stays.
+        if labelled.iter().all(|other| (other - line).abs() > LETTERS) {
+            labelled.push(line);
+            let (left, text) = (right + 5.0, line + 4.0);
+            let _ = writeln!(out, "<text x=\"{left}\" y=\"{text:.1}\">{label}</text>");
+        }
     }
     for value in [low, high] {
         let (text, end) = (y(value) + 4.0, LEFT - 8.0);

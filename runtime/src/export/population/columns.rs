@@ -80,9 +80,17 @@ fn flag(name: &str, rows: &[Row], of: impl Fn(&Row) -> Option<bool>) -> Column {
 fn of_scans(rows: &[Row]) -> Vec<Column> {
     let failed = |row: &Row| match &row.outcome {
         Outcome::Failed { reason } => Some(reason.clone()),
+        Outcome::Copy { of } => Some(format!("it is the same file as {of}")),
         Outcome::Inspected(_) => None,
     };
-    let status = |row: &Row| Some(if row.inspected().is_some() { "inspected" } else { "failed" }.to_owned());
+    let status = |row: &Row| {
+        let status = match &row.outcome {
+            Outcome::Inspected(_) => "inspected",
+            Outcome::Failed { .. } => "failed",
+            Outcome::Copy { .. } => "copy",
+        };
+        Some(status.to_owned())
+    };
     vec![
         whole("schema", rows, |_| Some(i64::from(SCHEMA))),
         text("scan", rows, |row| Some(row.scan.clone())),

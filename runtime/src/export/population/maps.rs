@@ -6,7 +6,7 @@ use crate::export::picture::{self, Picture};
 use crate::export::render::{self, Layer, Paint, TexelColours, View};
 use crate::export::scale::Scale;
 use crate::export::{atomic, palette, round_up};
-use crate::population::{CommonTexture, DeviationMap};
+use crate::population::{BY_CHANCE, CommonTexture, DeviationMap};
 use crate::variance::Deviations;
 use std::path::Path;
 
@@ -18,9 +18,6 @@ pub(super) const SD: [&str; 2] = ["deviation-sd.png", "deviation-sd.tif"];
 
 /// The surface in the colours of the mean deviation, from all sides.
 pub(super) const VIEWS: &str = "deviation-views.png";
-
-/// Standard errors beyond which a mean is no chance.
-pub(super) const CLEAR: f32 = 3.0;
 
 /// Side of one view in pixels.
 const SIDE: usize = 440;
@@ -34,7 +31,7 @@ pub struct MapDocuments<'a> {
     sd: Vec<f32>,
     deviations: Deviations,
     scale: Scale,
-    /// Share of the measured area where the mean is beyond three standard errors.
+    /// Share of the measured area where the mean is not zero by more than chance.
     pub clear: f64,
     /// Parts with the area-weighted mean of the map, its root mean square, and that of the standard deviation between
     /// objects. Millimetres.
@@ -45,7 +42,7 @@ impl<'a> MapDocuments<'a> {
     /// The maps; none where no place has been measured often enough.
     #[must_use]
     pub fn of(map: &DeviationMap, texture: &'a CommonTexture) -> Option<Self> {
-        let (mean, sd, significance) = (map.mean(), map.sd(), map.significance());
+        let (mean, sd, chance) = (map.mean(), map.sd(), map.chance());
         let texels = &texture.texels;
         if mean.len() != texels.width as usize * texels.height as usize {
             return None;
@@ -62,7 +59,7 @@ impl<'a> MapDocuments<'a> {
         let areas = (0..texels.len()).filter(|i| of_texels[*i].is_finite());
         let (clear, all) = areas.fold((0.0, 0.0), |(clear, all), i| {
             let area = f64::from(texels.area[i]).max(0.0);
-            let is_clear = at(&significance, i).abs() > CLEAR;
+            let is_clear = f64::from(at(&chance, i)) < BY_CHANCE;
             (clear + if is_clear { area } else { 0.0 }, all + area)
         });
         let outward = of_texels.iter().map(|d| if *d >= 0.0 { *d } else { f32::NAN }).collect();

@@ -6,7 +6,8 @@ use super::{PARQUET, PopulationDocuments, SCANS, TABLE};
 use crate::export::escape::escape;
 use crate::export::folder::REPORT;
 use crate::export::views::OVERVIEW;
-use crate::population::{Capability, Index, Outcome, Quantities, Row, Series, Summary};
+use crate::population::{Capability, Index, Outcome, Quantities, Row, Series, Signal, Summary};
+use crate::robust::median;
 use std::fmt::Write;
 use std::path::Path;
 
@@ -28,7 +29,7 @@ pub(super) fn page(documents: &PopulationDocuments<'_>, maps: Option<&MapDocumen
         facts(summary, documents.origin),
         warnings(summary),
         outlying(summary, &name),
-        map_section(maps),
+        map_section(maps, documents.rows),
         variation(summary),
         quantities(summary, &name),
         capabilities(summary),
@@ -127,25 +128,29 @@ fn outlying(summary: &Summary, name: &dyn Fn(usize) -> String) -> String {
     section("Outlying parts", &(table(&head, &rows) + &more))
 }
 
-fn map_section(maps: Option<&MapDocuments<'_>>) -> String {
+fn map_section(maps: Option<&MapDocuments<'_>>, rows: &[Row]) -> String {
     let Some(maps) = maps else { return String::new() };
-    let row =
+    let of_part =
         |(name, [mean, rms, sd]): &(String, [f64; 3])| vec![escape(name), figure(*mean), figure(*rms), figure(*sd)];
-    let rows: Vec<Vec<String>> = maps.parts.iter().filter(|(_, [mean, ..])| mean.is_finite()).map(row).collect();
+    let parts: Vec<Vec<String>> = maps.parts.iter().filter(|(_, [mean, ..])| mean.is_finite()).map(of_part).collect();
     let objects = maps.objects;
+    let mut noises: Vec<f64> = rows.iter().filter_map(|row| Some(row.sound()?.noise)).filter(|n| *n > 0.0).collect();
+    let noise = median(&mut noises);
     let content = format!(
         "<p class=\"convention\">The deviations of {objects} objects at the same places of the surface. What all of them share, \
-         as the trace of a worn tool does, is in the mean; what differs from one to the next is in the standard deviation. On \
-         {:.1} % of the surface the mean is more than {} standard errors from zero.</p>\n\
+         as the trace of a worn tool does, is in the mean; what differs from one to the next is in the standard deviation, and \
+         so is the noise of each scan{}. On {:.1} % of the surface the mean is clearly not zero (Student's t of the objects at \
+         that place; by chance alone it would be {:.1} %).</p>\n\
          <figure><img alt=\"The surface in the colours of the mean deviation\" src=\"{}\"><figcaption>Mean deviation; the \
          colours end at &plusmn;{} mm, red where material is in excess.</figcaption></figure>\n\
          <div class=\"textures\">\n\
          <figure><img alt=\"Mean deviation on the texture\" src=\"{}\"><figcaption>Mean deviation on the texture \
          (<a href=\"{}\">{}</a>)</figcaption></figure>\n\
-         <figure><img alt=\"Standard deviation between objects on the texture\" src=\"{}\"><figcaption>Standard deviation \
-         between objects (<a href=\"{}\">{}</a>)</figcaption></figure>\n</div>\n{}",
+         <figure><img alt=\"Standard deviation of the deviations on the texture\" src=\"{}\"><figcaption>Standard deviation \
+         of all objects, noise of the scans included (<a href=\"{}\">{}</a>)</figcaption></figure>\n</div>\n{}",
+        noise.map_or_else(String::new, |noise| format!(" (of single points {} mm)", figure(noise))),
         100.0 * maps.clear,
-        maps::CLEAR,
+        100.0 * crate::population::BY_CHANCE,
         maps::VIEWS,
         figure(maps.end()),
         maps::MEAN[0],
@@ -154,7 +159,7 @@ fn map_section(maps: Option<&MapDocuments<'_>>) -> String {
         maps::SD[0],
         maps::SD[1],
         maps::SD[1],
-        table(&["Part", "Mean of the map, mm", "Root mean square of the map, mm", "SD between objects, mm"], &rows)
+        table(&["Part", "Mean of the map, mm", "Root mean square of the map, mm", "SD with noise, mm"], &parts)
     );
     section("Deviations that the objects share", &content)
 }
@@ -177,7 +182,8 @@ fn variation(summary: &Summary) -> String {
     let content = format!(
         "<p class=\"convention\">Most of what differs between {} objects is by <b>{first}</b>. The surface moves by {} mm (root \
          mean square, along its normal) as the parameters vary together, without the uncertainty of measurement; {:.0} % of its \
-         square is along one direction, the last column.</p>\n{}",
+         square is along one direction, the last column. Parameters are here only if the scans show that objects differ in \
+         them (p below 0.01).</p>\n{}",
         variation.count,
         figure(variation.movement),
         100.0 * variation.principal_share,
@@ -254,8 +260,9 @@ fn chart(series: &Series, name: &dyn Fn(usize) -> String) -> String {
         }
         let signals = chart.signals.len();
         if signals > 0 {
-            let names: Vec<String> = chart.signals.iter().take(5).map(|s| name(series.rows[s.at])).collect();
-            let more = if signals > 5 { format!(" and {} more", signals - 5) } else { String::new() };
+            let said = |s: &Signal| format!("{} ({})", name(series.rows[s.at]), s.reason);
+            let names: Vec<String> = chart.signals.iter().take(5).map(said).collect();
+            let more = if signals > 5 { format!(", and {} more", signals - 5) } else { String::new() };
             notes.push(format!("not in control: {}{more}", names.join(", ")));
         }
     }
@@ -320,7 +327,8 @@ fn correlations(summary: &Summary) -> String {
     let pairs = summary.correlations.len();
     let content = format!(
         "<p class=\"convention\">Of {pairs} pairs {} have an interval without zero; by chance alone about {:.0} would. Where \
-         values vary by little more than their errors, they correlate as the errors do.</p>\n{}",
+         values vary by little more than their errors, they correlate as the errors do. Between objects r is given where \
+         these differ in both (p below 0.01). Of quantities that are the same but for a factor, one is here.</p>\n{}",
         clear.count(),
         0.05 * pairs as f64,
         table(&["Pair", "r", "its interval", "r of the errors", "r between objects", "Scans"], &rows)
@@ -349,7 +357,7 @@ fn address(name: &str) -> String {
 
 fn scans(rows: &[Row], folder: &Path) -> String {
     let is_there = |row: &Row, file: &str| folder.join(SCANS).join(&row.name).join(file).is_file();
-    let failed = |row: &Row| row.inspected().is_none();
+    let failed = |row: &Row| row.failure().is_some();
     let card = |row: &Row| {
         let picture = if is_there(row, OVERVIEW) {
             let name = address(&escape(&row.name));
@@ -360,6 +368,7 @@ fn scans(rows: &[Row], folder: &Path) -> String {
         let name = if is_there(row, REPORT) { link(&row.name) } else { escape(&row.name) };
         let said = match &row.outcome {
             Outcome::Failed { reason } => format!("<span class=\"failure\">{}</span>", escape(reason)),
+            Outcome::Copy { of } => format!("the same file as {}", escape(of)),
             Outcome::Inspected(inspected) => {
                 let verdict = inspected.verdict.as_deref().map(escape).unwrap_or_default();
                 let doubt = inspected.shortcoming.as_deref();

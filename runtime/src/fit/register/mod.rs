@@ -63,6 +63,10 @@ pub(crate) fn register<'a>(problem: &'a Problem<'a>) -> Result<Registration<'a>,
         near = Some(candidate);
     }
     problem.monitor.reach(0.0, "screening orientations");
+    // The shape of an earlier fit is as good as known, of a part of the same kind that lies elsewhere, too.
+    if let Some(candidate) = earlier.then(|| screening::of_known_shape(&level, &at_start)).flatten() {
+        return Ok(Registration { level, candidate, seeds: at_start, searched: true });
+    }
     let anywhere = Seeds::far(&level);
     let far = screening::anywhere(&level, &anywhere, 0);
     let (candidate, seeds) = match (near, far) {

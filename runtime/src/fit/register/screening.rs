@@ -84,6 +84,14 @@ pub(super) fn anywhere(level: &Level, seeds: &Seeds, round: usize) -> Option<Can
     by_value(whole.into_iter().chain(part).collect()).into_iter().next()
 }
 
+/// The best place to begin from of all orientations of the start's shape, if it is convincing: parts are not restarted.
+pub(super) fn of_known_shape(level: &Level, seeds: &Seeds) -> Option<Candidate> {
+    let oriented = distinct(level, orientations(level, &seeds.start, Middle::Same), PER_SHAPE);
+    let candidate = climb(level, oriented, &GLOBAL_RUNGS).into_iter().next()?;
+    let points = level.problem.thin.sample(COMPARED);
+    (inlier_ratio(level, &points, FINE, &candidate) > level.problem.convincing()).then_some(candidate)
+}
+
 /// Candidates for the pose alone of a model whose shape is known, in all orientations, best first: the parameters of
 /// `level` are held. The scan may show any part of the model.
 pub(crate) fn poses(level: &Level) -> Vec<Candidate> {

@@ -131,12 +131,14 @@ pub(crate) const LEAST_MIXTURES: u32 = 12;
 pub(crate) const FIELD_BLOCKS: f64 = 0.12;
 /// Points of which a field is found: factors of their covariance take 10 ms, and a scan's faces have a hundred each.
 pub(crate) const FIELD_POINTS: usize = 500;
+/// Samples of so many points over which likelihoods are averaged: one of them is off by 1 and more.
+pub(crate) const FIELD_SAMPLES: usize = 3;
 /// Lengths of a field that are tried: from this many spacings of the points on, each so many times the last one.
 pub(crate) const FIELD_STEP: f64 = 1.5;
 /// Shares of a field in the variance that are tried.
 pub(crate) const FIELD_SHARES: [f64; 8] = [0.02, 0.06, 0.15, 0.3, 0.5, 0.7, 0.85, 0.97];
-/// A field is one whose likelihood is so much larger than that of independent residuals (logarithm; a chi-squared of
-/// three degrees of freedom, L, q and the kernel, is above twice this in one case of 2,500).
+/// A field is as probable as independent residuals if its likelihood is so much larger (logarithm; a chi-squared of three
+/// degrees of freedom, L, q and the kernel, is above twice this in one case of 2,500).
 pub(crate) const FIELD_CLEAR: f64 = 9.0;
 /// What a field does is said where it raises a standard deviation by so much.
 pub(crate) const FIELD_TOLD: f64 = 1.5;

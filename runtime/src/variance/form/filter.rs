@@ -7,6 +7,7 @@
 //! exp(-pi (s / (alpha cut-off))^2) times their areas at a distance s: the filter is linear in the cells' values, and
 //! what noise becomes is computed with the same weights.
 
+use super::quadric::{Near, Quadric};
 use crate::robust::median;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
@@ -26,11 +27,6 @@ const NEAREST: f64 = 0.25;
 const NOISIER: f64 = 3.2;
 /// Cells whose normals are farther apart than this cosine are on other sides of a wall.
 const SAME_SIDE: f64 = 0.3;
-/// Slope and bend along a direction count if the cells reach farther along it than this share of the cut-off.
-const SLOPED: f64 = 0.05;
-/// A bend counts if this share of its mean square is not that of slopes and of the other bends: cells on few lines show
-/// no bend between these.
-const BENT: f64 = 1e-3;
 
 /// A place of a surface with its unit normal.
 #[derive(Clone, Copy, Debug)]
@@ -172,24 +168,14 @@ impl Filter {
     }
 }
 
-/// A cell about a place.
-struct Near {
-    cell: u32,
-    /// Its weight; those of all cells add up to 1.
-    weight: f64,
-    /// Where it is in the tangent plane, as far away as it is along the surface. Cut-offs.
-    at: DVec2,
-}
-
 /// The weights of cells in the filtered value at a place.
 fn weights(cells: &Cells, place: &Place, near: impl Iterator<Item = u32>, cutoff: f64) -> Vec<(u32, f64)> {
     let near = gather_near(cells, place, near, cutoff);
     if near.is_empty() {
         return Vec::new();
     }
-    let functions = orthogonal(&near);
-    let factor = |i: usize| functions.iter().map(|f| f.values[i] * f.here / f.square).sum::<f64>();
-    near.iter().enumerate().map(|(i, n)| (n.cell, n.weight * factor(i))).collect()
+    let quadric = Quadric::of(&near);
+    near.iter().map(|n| (n.cell, n.weight * quadric.at(n.at))).collect()
 }
 
 /// The cells that count at a place; none if the nearest is far.
@@ -216,64 +202,6 @@ fn gather_near(cells: &Cells, place: &Place, near: impl Iterator<Item = u32>, cu
     }
     taken.iter_mut().for_each(|n| n.weight /= sum);
     taken
-}
-
-/// A function of the place.
-struct Function {
-    /// By cell.
-    values: Vec<f64>,
-    /// At the place that is filtered.
-    here: f64,
-    /// Its mean square over the cells.
-    square: f64,
-}
-
-/// Functions that are orthogonal over the cells with their weights, and have all quadrics as their sums: an even one,
-/// slopes along the cells' principal directions, and bends (Gram-Schmidt, twice over for its rounding).
-fn orthogonal(near: &[Near]) -> Vec<Function> {
-    let even = Function { values: vec![1.0; near.len()], here: 1.0, square: 1.0 };
-    let mut functions = vec![even];
-    functions.extend(slopes(near));
-    let slopes = functions.len() - 1;
-    let product = |a: &[f64], b: &[f64]| near.iter().zip(a).zip(b).map(|((n, a), b)| n.weight * a * b).sum::<f64>();
-    for (i, k) in (1..=slopes).flat_map(|i| (1..=i).map(move |k| (i, k))) {
-        let (first, second) = (&functions[i], &functions[k]);
-        let mut values: Vec<f64> = first.values.iter().zip(&second.values).map(|(a, b)| a * b).collect();
-        let mut here = first.here * second.here;
-        let whole = product(&values, &values);
-        for f in functions.iter().chain(&functions) {
-            let share = product(&values, &f.values) / f.square;
-            values.iter_mut().zip(&f.values).for_each(|(v, f)| *v -= share * f);
-            here -= share * f.here;
-        }
-        let square = product(&values, &values);
-        if square > BENT * whole {
-            functions.push(Function { values, here, square });
-        }
-    }
-    functions
-}
-
-/// Slopes about the cells' centre. Along a principal direction in which the cells hardly reach there is none.
-fn slopes(near: &[Near]) -> impl Iterator<Item = Function> {
-    let centre = near.iter().map(|n| n.weight * n.at).sum::<DVec2>();
-    let [mut xx, mut xy, mut yy] = [0.0; 3];
-    for n in near {
-        let t = n.at - centre;
-        xx += n.weight * t.x * t.x;
-        xy += n.weight * t.x * t.y;
-        yy += n.weight * t.y * t.y;
-    }
-    let (mean, half) = (0.5 * (xx + yy), 0.5 * (xx - yy));
-    let root = half.hypot(xy);
-    let first = DVec2::from_angle(0.5 * xy.atan2(half));
-    [(mean + root, first), (mean - root, first.perp())]
-        .into_iter()
-        .filter(|(variance, _)| *variance > SLOPED * SLOPED)
-        .map(move |(square, along)| {
-            let values = near.iter().map(|n| along.dot(n.at - centre)).collect();
-            Function { values, here: along.dot(-centre), square }
-        })
 }
 
 #[cfg(test)]

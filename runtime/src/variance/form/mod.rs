@@ -14,6 +14,7 @@ mod grid;
 mod linear;
 mod members;
 mod noise;
+mod quadric;
 mod relation;
 mod revolved;
 mod roundness;
