@@ -209,3 +209,47 @@ def test_the_command():
     assert said.stdout.strip() == f"gmlc {gmlc.__version__}"
     wrong = subprocess.run([command, "fit"], capture_output=True, text=True)
     assert wrong.returncode == 2 and "Usage" in wrong.stderr
+
+
+def test_plain_numbers_are_millimetres_and_radians(scan, tin):
+    fit = gmlc.fit(tin, scan, fix={"r": np.float32(20)}, sigma=0.5)
+    assert fit["r"].value == 20 and fit["r"].fixed
+    report = gmlc.deviations(gmlc.fit(tin, scan), scan, tolerance=0.3, resolution=64).report
+    assert report["tolerance"]["upper"] == 0.3 if "tolerance" in report else True
+
+
+def test_masked_points_are_left_out(scan):
+    points = np.ma.MaskedArray(scan.points, mask=np.zeros_like(scan.points, dtype=bool))
+    points[::2] = np.ma.masked
+    assert len(gmlc.read_scan(points).points) == len(scan.points) - len(scan.points[::2])
+
+
+def test_vertices_and_triangles_are_one_mesh(tin):
+    mesh = tin().mesh()
+    vertices, triangles = mesh[0], mesh[1]
+    fit = gmlc.fit(tin, (vertices, triangles))
+    assert abs(fit["r"].value - 20) < 0.02 and not fit.data.get("scans")
+
+
+def test_data_sets_of_pyvista_are_meshes(tin):
+    pyvista = pytest.importorskip("pyvista")
+    vertices, triangles = tin().mesh()[:2]
+    faces = np.hstack([np.full((len(triangles), 1), 3), triangles]).ravel()
+    mesh = pyvista.PolyData(vertices, faces)
+    for one in (mesh, mesh.cast_to_unstructured_grid()):
+        assert len(gmlc.read_scan(one).triangles) == len(triangles), type(one)
+    assert len(gmlc.read_scan(pyvista.PolyData(vertices)).triangles) == 0
+
+
+def test_scenes_of_trimesh_are_meshes(tin):
+    trimesh = pytest.importorskip("trimesh")
+    vertices, triangles = tin().mesh()[:2]
+    scene = trimesh.Scene([trimesh.Trimesh(vertices, triangles)])
+    assert len(gmlc.read_scan(scene).triangles) == len(triangles)
+
+
+@pytest.mark.parametrize("scan", [[], None, 3, np.zeros((4, 3), complex), np.array([["a"] * 3]), np.zeros((4, 2))])
+def test_what_is_no_scan_is_told(scan, tin):
+    with pytest.raises((TypeError, ValueError)):
+        gmlc.fit(tin, scan)
+

@@ -111,3 +111,34 @@ def test_parquet_is_read_by_others(files, tmp_path):
     assert table.column("param.r").to_pylist() == [float(row["param.r"]) for row in expected]
     assert table.column("status").to_pylist() == ["inspected"] * 3
     assert table.schema.metadata[b"gmlc.schema"] == b"1"
+
+
+def test_what_is_wrong_for_all_is_an_error_at_once(tin, files):
+    with pytest.raises(TypeError, match="did you mean"):
+        gmlc.fit_many(tin, files, los="huber")
+    with pytest.raises(TypeError, match="several"):
+        gmlc.fit_many(tin, files[0])
+
+
+def test_an_executor_that_is_shut_down_ends_the_loop(tin, files):
+    from concurrent.futures import ThreadPoolExecutor
+
+    pool = ThreadPoolExecutor(1)
+    outcomes = []
+    with pytest.raises(RuntimeError):
+        for outcome in gmlc.fit_many(tin, files * 3, pool, workers=1):
+            outcomes.append(outcome)
+            pool.shutdown(wait=False, cancel_futures=True)
+    assert outcomes[0].ok and any("executor" in (o.error or "") for o in outcomes)
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="there is no fork")
+def test_forked_workers_have_threads(tin, files):
+    import multiprocessing
+    from concurrent.futures import ProcessPoolExecutor
+
+    # A fit of this process has started the threads that a child does not have.
+    gmlc.fit(tin, files[0])
+    with ProcessPoolExecutor(2, mp_context=multiprocessing.get_context("fork")) as pool:
+        outcomes = list(gmlc.fit_many(tin, files[:2], pool))
+    assert all(o.ok for o in outcomes), outcomes

@@ -27,7 +27,8 @@ pub(super) fn done(plan: &Plan<'_>, scan: &Scan) -> Option<Row> {
     folder::complete(&folder).ok()?;
     let text = std::fs::read_to_string(folder.join(ROW)).ok()?;
     let row: Row = serde_json::from_str(&text).ok()?;
-    let is_same = row.schema == SCHEMA && row.key == scan.key && row.name == scan.name;
+    let of = if let Outcome::Copy { of } = &row.outcome { Some(of) } else { None };
+    let is_same = row.schema == SCHEMA && row.key == scan.key && row.name == scan.name && of == scan.copy_of.as_ref();
     let again = plan.args.retry && row.failure().is_some();
     let is_whole = row.inspected().is_none() || RESULTS.iter().all(|file| folder.join(file).is_file());
     // The same file may have another path now.

@@ -265,3 +265,58 @@ fn wrong_command_lines_are_refused_before_the_work() {
     assert_eq!(absent.status.code(), Some(1));
     assert_eq!(table(&at.join("out"))[0]["reason"], "there is no such file");
 }
+
+/// A stub that is a little wider below than above, with a pin on one side: upside down it nearly fits as well, with the
+/// taper's sign turned.
+const STUB: &str = "use std.frame (rotate, translate)
+use std.surface (cylinder, disc, flip, revolve)
+model stub {
+  param r: length in 15mm..40mm = 25mm
+  param h: length in 20mm..80mm = 45mm
+  param taper: angle in -15deg..15deg = 3deg
+  let top_r = r - h * tan(taper)
+  part wall = revolve(|t| (r - h * tan(taper) * t, h * t))
+  part top = disc(top_r).translate((0mm, 0mm, h))
+  part base = flip(disc(r))
+  part pin = cylinder(5mm, 14mm).rotate(90deg, (0, 1, 0)).translate((r - 4mm, 0mm, 0.35 * h))
+}
+";
+
+/// Objects lie anywhere: the pose of the scan before says nothing, and a fit that begins there may end upside down, with
+/// every point near it.
+#[test]
+fn a_series_of_objects_that_lie_anywhere_is_not_upside_down() {
+    let folder = tempdir().expect("a folder");
+    let at = folder.path();
+    fs::write(at.join("stub.gml"), STUB).expect("written");
+    fs::create_dir(at.join("scans")).expect("made");
+    for i in 0..8 {
+        let [r, taper, seed] =
+            [format!("r={}mm", 25.0 + 0.1 * f64::from(i % 5)), "taper=3deg".to_owned(), i.to_string()];
+        let args = ["scan", "stub.gml", "-p", &r, "-p", &taper, "--spacing", "2mm", "--noise", "0.05mm", "-q"];
+        gmlc(at, &[&args[..], &["--seed", &seed, "-o", &format!("scans/stub_{i}.ply")]].concat());
+    }
+    let series = ["--start-from", "previous"];
+    gmlc_in(at, &[&["batch", "stub.gml", "scans", "-o", "out"], &FAST[..], &series].concat());
+    for row in table(&at.join("out")) {
+        let taper = figure(&row, "param.taper").to_degrees();
+        assert!((taper - 3.0).abs() < 0.2, "{}: {taper} deg", row["name"]);
+    }
+}
+
+/// What is measured once counts once, also where a file became the copy of another one after both had a result.
+#[test]
+fn a_file_that_becomes_a_copy_counts_no_more() {
+    let folder = tins(2, false);
+    let at = folder.path();
+    gmlc_in(at, &batch("out", &[]));
+    fs::copy(at.join("scans/tin_1.ply"), at.join("scans/tin_0.ply")).expect("copied");
+    gmlc_in(at, &batch("out", &[]));
+    let statuses =
+        |rows: Vec<BTreeMap<String, String>>| rows.iter().map(|row| row["status"].clone()).collect::<Vec<_>>();
+    assert_eq!(statuses(table(&at.join("out"))), ["inspected", "copy"]);
+    // And is measured where the other one is gone.
+    fs::remove_file(at.join("scans/tin_0.ply")).expect("removed");
+    gmlc_in(at, &batch("out", &[]));
+    assert_eq!(statuses(table(&at.join("out"))), ["inspected"]);
+}

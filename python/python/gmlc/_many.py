@@ -20,6 +20,9 @@ from ._model import Model
 #: busy, and few enough that a million paths take no memory.
 _AHEAD = 4
 
+#: Seconds between two looks at futures.
+_LOOK = 1.0
+
 #: How often work is handed out again whose worker was lost.
 _ATTEMPTS = 3
 
@@ -142,6 +145,7 @@ def _outcomes(
     try:
         waiting: list[tuple[dict[str, Any], int]] = []
         exhausted = False
+        refused: RuntimeError | None = None
         while True:
             while len(running) < _AHEAD * count:
                 if waiting:
@@ -154,12 +158,23 @@ def _outcomes(
                     except StopIteration:
                         exhausted = True
                         break
-                running[pool.submit(_work, task)] = (task, attempt)
+                try:
+                    running[pool.submit(_work, task)] = (task, attempt)
+                except RuntimeError as refusal:
+                    # An executor that was shut down, or is broken: what it has is waited for.
+                    refused, exhausted = refusal, True
+                    yield Outcome(task["path"], error=f"the executor takes no work: {refusal!r}")
             if not running:
+                if refused is not None:
+                    raise refused
                 return
-            done, _ = wait(running, return_when=FIRST_COMPLETED)
-            for future in done:
+            wait(running, timeout=_LOOK, return_when=FIRST_COMPLETED)
+            # Futures that a shutdown has cancelled wake nobody.
+            for future in [future for future in running if future.done()]:
                 task, attempt = running.pop(future)
+                if future.cancelled():
+                    yield Outcome(task["path"], error="the executor was shut down")
+                    continue
                 error = future.exception()
                 if error is None:
                     yield Outcome(**future.result())

@@ -3,7 +3,7 @@
 use super::capability::COVERAGE;
 use crate::spread::mean_and_sd;
 use serde::{Deserialize, Serialize};
-use statrs::distribution::{ChiSquared, ContinuousCDF, StudentsT};
+use statrs::distribution::{ChiSquared, ContinuousCDF, Normal, StudentsT};
 
 /// Values that agree better than in one of so many populations say that their standard deviations are too large.
 const IMPROBABLE: f64 = 0.01;
@@ -20,7 +20,7 @@ const DOUBLINGS: usize = 200;
 /// y_i = mean + b_i + e_i with b_i of variance tau^2, which is that between objects, and e_i of the known variance of
 /// measurement i. tau^2 by restricted maximum likelihood, its interval by the Q profile (Viechtbauer, *Confidence
 /// intervals for the amount of heterogeneity in meta-analysis*, Statistics in Medicine 26, 2007); the interval of the
-/// mean by Hartung and Knapp (Statistics in Medicine 20, 2001).
+/// mean by Hartung and Knapp (Statistics in Medicine 20, 2001), with a standard error of no less than that of the weights.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RandomEffects {
     /// The number of objects.
@@ -29,7 +29,10 @@ pub struct RandomEffects {
     pub mean: f64,
     /// The standard error of the mean.
     pub standard_error: f64,
-    /// The confidence limits of the mean at 95 %.
+    /// What the errors of all scans may have in common, as far as it is more than the noise of single points: the mean over
+    /// any number of them has it. 0 where that is not known.
+    pub shared: f64,
+    /// The confidence limits of the mean at 95 %, `shared` included.
     pub mean_interval: [f64; 2],
     /// Standard deviation between objects, without that of measurement.
     pub between: f64,
@@ -59,7 +62,8 @@ impl RandomEffects {
         let degrees = (measured.len() - 1) as f64;
         let variance = problem.restricted_likelihood();
         let (mean, weight) = problem.mean(variance);
-        let spread = problem.q(variance) / degrees;
+        // Values that agree by chance do not make the mean better known than their standard deviations say.
+        let spread = (problem.q(variance) / degrees).max(1.0);
         let standard_error = (spread / weight).sqrt();
         let tail = (1.0 - COVERAGE) / 2.0;
         let t = StudentsT::new(0.0, 1.0, degrees).ok()?.inverse_cdf(1.0 - tail);
@@ -72,6 +76,7 @@ impl RandomEffects {
             count: measured.len(),
             mean,
             standard_error,
+            shared: 0.0,
             mean_interval: [mean - t * standard_error, mean + t * standard_error],
             between: variance.sqrt(),
             between_interval: [low.sqrt(), high.sqrt()],
@@ -84,6 +89,15 @@ impl RandomEffects {
 }
 
 impl RandomEffects {
+    /// The same with errors that scans may share: a standard deviation.
+    #[must_use]
+    pub fn with_shared(self, shared: f64) -> Self {
+        let [low, high] = self.mean_interval;
+        let reach = Normal::standard().inverse_cdf(0.5 + COVERAGE / 2.0) * shared;
+        let half = (0.5 * (high - low)).hypot(reach);
+        Self { shared, mean_interval: [self.mean - half, self.mean + half], ..self }
+    }
+
     /// The same where the standard deviations hold an error that all objects share and nothing tells it from their own:
     /// the spread between objects is then at most that of the values.
     #[must_use]

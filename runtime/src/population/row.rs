@@ -101,8 +101,7 @@ pub struct Measured {
     pub value: Option<f64>,
     /// Standard deviation of the value by this scan; none where it has none.
     pub sd: Option<f64>,
-    /// Standard deviation by the noise of single points alone, of a parameter: without errors that all scans of one
-    /// model share, such as that of a shape which the model does not have.
+    /// Standard deviation by the noise of single points alone: without errors that all scans of one model share, such as that of a shape which the model does not have.
     pub noise_sd: Option<f64>,
     /// Why it has none.
     pub without_sd: Option<String>,
@@ -162,7 +161,7 @@ impl Inspected {
             shortcoming: fit.shortcoming(),
             verdict: report.verdict.as_ref().map(|v| v.outcome.text().to_owned()),
             parameters: fit.parameters.iter().map(|p| of_parameter(p, fit)).collect(),
-            measures: fit.measures.iter().map(|m| of_measure(m, report)).collect(),
+            measures: fit.measures.iter().map(|m| of_measure(m, fit, report)).collect(),
             covariance: covariance.unwrap_or_default(),
             surface: PartRow { verdict: None, ..of_statistics("", &report.overall) },
             parts: report.parts.iter().map(of_part).collect(),
@@ -221,14 +220,14 @@ fn of_parameter(parameter: &FittedParameter, fit: &FitResult) -> Measured {
     }
 }
 
-fn of_measure(measure: &FittedMeasure, report: &VarianceReport) -> Measured {
+fn of_measure(measure: &FittedMeasure, fit: &FitResult, report: &VarianceReport) -> Measured {
     let verdict = report.measures.iter().find(|verdict| verdict.name == measure.name);
     Measured {
         name: measure.name.clone(),
         unit: measure.unit.clone(),
         value: measure.value,
         sd: measure.sd,
-        noise_sd: None,
+        noise_sd: noise_of_measure(measure, fit),
         without_sd: measure.without_sd.clone(),
         fixed: false,
         at_bound: !measure.at_bound.is_empty(),
@@ -236,6 +235,24 @@ fn of_measure(measure: &FittedMeasure, report: &VarianceReport) -> Measured {
         tolerance: measure.tolerance.map(|t| [t.lower, t.upper]),
         verdict: verdict.map(|v| v.outcome.text().to_owned()),
     }
+}
+
+/// The standard deviation of a measure by the noise of single points alone, to first order; none where a parameter that
+/// it depends on has none.
+fn noise_of_measure(measure: &FittedMeasure, fit: &FitResult) -> Option<f64> {
+    let covariance = fit.covariance.as_ref()?;
+    let place = |name: &String| covariance.parameters.iter().position(|other| other == name);
+    let is_held = |name: &String| fit.parameters.iter().any(|p| p.name == *name && p.fixed);
+    let free = measure.derivatives.iter().filter(|(name, _)| !is_held(name));
+    let moved = free.map(|(name, slope)| {
+        let k = place(name)?;
+        Some((k, slope * covariance.naive.get(k)?))
+    });
+    let moved = moved.collect::<Option<Vec<(usize, f64)>>>()?;
+    let with =
+        |(i, a): &(usize, f64)| -> f64 { moved.iter().map(|(k, b)| a * b * covariance.correlations[*i][*k]).sum() };
+    let variance: f64 = moved.iter().map(with).sum();
+    Some(variance.sqrt()).filter(|sd| *sd > 0.0 && sd.is_finite())
 }
 
 fn of_part(part: &PartStatistics) -> PartRow {

@@ -231,6 +231,9 @@ impl Series {
         if let (Some(effects), Some(measured)) = (self.effects.filter(|e| e.overstated), &with_sd) {
             self.without_shared_errors(effects, measured, noise);
         }
+        if let (Some(effects), Some(measured), Some(noise)) = (&mut self.effects, &with_sd, noise) {
+            *effects = effects.with_shared(shared(measured, noise));
+        }
         let measurement = self.effects.map_or(0.0, |effects| effects.measurement);
         if let (Some(limits), Some(chart)) = (self.limits, &self.chart) {
             self.capability = Capability::of(&self.values, limits, chart, measurement);
@@ -282,6 +285,12 @@ impl Series {
             }
         }
     }
+}
+
+/// What the standard deviations of fits have beyond the noise of single points, root mean square.
+fn shared(measured: &[(f64, f64)], noise: &[f64]) -> f64 {
+    let excess: f64 = measured.iter().zip(noise).map(|((_, sd), noise)| (sd * sd - noise * noise).max(0.0)).sum();
+    (excess / measured.len() as f64).sqrt()
 }
 
 /// Correlations of parameters and measures.

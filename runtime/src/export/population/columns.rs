@@ -120,15 +120,12 @@ fn of_measured(
 ) -> Vec<Column> {
     let find = |row: &Row| list(row.inspected()?).iter().find(|m| m.name == name).cloned();
     let head = format!("{kind}.{name}");
-    let mut columns = vec![
+    vec![
         number(&head, unit, rows, |row| find(row)?.value),
         number(&format!("{head}.sd"), unit, rows, |row| find(row)?.sd),
-    ];
-    if kind == PARAMETER {
-        columns.push(number(&format!("{head}.noise_sd"), unit, rows, |row| find(row)?.noise_sd));
-    }
-    columns.push(text(&format!("{head}.without_sd"), rows, |row| find(row)?.without_sd));
-    columns
+        number(&format!("{head}.noise_sd"), unit, rows, |row| find(row)?.noise_sd),
+        text(&format!("{head}.without_sd"), rows, |row| find(row)?.without_sd),
+    ]
 }
 
 fn of_tolerance(name: &str, unit: &str, rows: &[Row]) -> [Column; 4] {

@@ -221,7 +221,7 @@ fn quantities(summary: &Summary, name: &dyn Fn(usize) -> String) -> String {
                     figure(e.between * factor),
                     interval(e.between_interval, factor),
                     figure(e.measurement * factor),
-                    format!("{:.2e}", e.p_equal),
+                    if e.p_equal < 1e-6 { "below 1e-6".to_owned() } else { format!("{:.2e}", e.p_equal) },
                 ]
             },
         );
@@ -244,7 +244,8 @@ fn quantities(summary: &Summary, name: &dyn Fn(usize) -> String) -> String {
     ];
     let charts: String = series.iter().map(|s| chart(s, name)).collect();
     let hint = "<p class=\"convention\">The standard deviation between objects is without that of measurement (random effects, \
-                restricted maximum likelihood). In the charts bars are two standard deviations of measurement, limits three \
+                restricted maximum likelihood). The interval of the mean holds what the errors of all fits may have in common, \
+                which is not averaged out: what they have beyond the noise of single points. In the charts bars are two standard deviations of measurement, limits three \
                 standard deviations by moving ranges, and rings what a process without special causes hardly shows.</p>\n";
     section("Parameters and measures", &(table(&head, &rows) + hint + &charts))
 }

@@ -58,7 +58,13 @@ pub(crate) fn register<'a>(problem: &'a Problem<'a>) -> Result<Registration<'a>,
     if given_near || !searched {
         let (candidate, inlier_ratio) = screening::near(&level, &at_start, searched);
         if !searched || inlier_ratio > problem.convincing() {
-            return Ok(Registration { level, candidate, seeds: at_start, searched: false });
+            // Another scan's end has the right shape, but perhaps not the pose: one that is upside down may convince.
+            let is_other = searched && earlier && problem.converged().is_none();
+            let elsewhere = is_other.then(|| screening::of_known_shape(&level, &at_start)).flatten();
+            let better = elsewhere.filter(|other| screening::is_clearly_better(&level, other, &candidate));
+            let searched = better.is_some();
+            let candidate = better.unwrap_or(candidate);
+            return Ok(Registration { level, candidate, seeds: at_start, searched });
         }
         near = Some(candidate);
     }

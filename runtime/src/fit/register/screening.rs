@@ -12,8 +12,8 @@ use crate::fit::problem::objective::Order;
 use crate::fit::problem::parameterization::Estimate;
 use crate::fit::problem::points::Points;
 use crate::fit::tuning::{
-    ALIGNED_AGAIN, ALIGNMENT_FEW, ALIGNMENT_POINTS, ALIGNMENT_SCALE, BESIDE, CAPTURED, COMPARED, FINE, GLOBAL_RUNGS,
-    HOPELESS, NEAR_RUNGS, ORIENTATIONS, PER_SHAPE, POSE_RUNGS, RESTARTED, Rung, SAME_PARAMETERS, WIDEST,
+    ALIGNED_AGAIN, ALIGNMENT_FEW, ALIGNMENT_POINTS, ALIGNMENT_SCALE, BESIDE, CAPTURED, CLEARLY_BETTER, COMPARED, FINE,
+    GLOBAL_RUNGS, HOPELESS, NEAR_RUNGS, ORIENTATIONS, PER_SHAPE, POSE_RUNGS, RESTARTED, Rung, SAME_PARAMETERS, WIDEST,
 };
 use glam::DVec3;
 use rayon::prelude::*;
@@ -90,6 +90,16 @@ pub(super) fn of_known_shape(level: &Level, seeds: &Seeds) -> Option<Candidate> 
     let candidate = climb(level, oriented, &GLOBAL_RUNGS).into_iter().next()?;
     let points = level.problem.thin.sample(COMPARED);
     (inlier_ratio(level, &points, FINE, &candidate) > level.problem.convincing()).then_some(candidate)
+}
+
+/// Whether the objective of a candidate is clearly below that of another one, at one scale and over the same points.
+pub(super) fn is_clearly_better(level: &Level, candidate: &Candidate, other: &Candidate) -> bool {
+    let points = level.problem.thin.sample(COMPARED);
+    let value = |at: &Candidate| {
+        let evaluation = objective(level, &points, FINE, None).evaluate(&at.estimate, Order::Value);
+        evaluation.map_or(f64::INFINITY, |e| e.value)
+    };
+    value(candidate) < CLEARLY_BETTER * value(other)
 }
 
 /// Candidates for the pose alone of a model whose shape is known, in all orientations, best first: the parameters of
