@@ -1,4 +1,5 @@
-//! What `gmlc inspect`, a batch and the package do with a fit: deviations from it, and everything in a folder of results.
+//! What `gmlc inspect`, a batch and the package do with a fit: deviations from it, and everything in a folder of
+//! results.
 
 use crate::cli::VarianceControls;
 use crate::error::CommandError;

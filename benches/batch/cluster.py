@@ -3,7 +3,7 @@
     python benches/batch/cluster.py GMLC FOLDER [COUNT]
 
 with a Python that has the package (`pip install '.[dask]'`), and GMLC for the virtual scans that it makes in FOLDER
-(those of run.py). Every number of workers inspects all COUNT (500) scans into a folder of its own, by the jobs of `gmlc batch
+(those of run.py). With two workers and with one, all COUNT (500) scans are inspected into a folder of its own, by the jobs of `gmlc batch
 --dask`; workers are processes of one thread on this machine. The phases of the handing machine are taken apart:
 
 - before: sums of all scans, the jobs;
@@ -28,7 +28,7 @@ import gmlc
 from gmlc import _dask, _gmlc
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-from run import CUP, make  # noqa: E402
+from run import CUP, listed, make  # noqa: E402
 
 
 def resident() -> float:
@@ -49,8 +49,9 @@ def cluster(workers: int) -> LocalCluster:
 
 
 def measure(workers: int, scans: Path, output: Path, count: int) -> None:
+    """`scans` is a list of them."""
     shutil.rmtree(output, ignore_errors=True)
-    words = ["gmlc", "batch", str(CUP), str(scans), "-o", str(output), "--documents", "figures", "-q"]
+    words = ["gmlc", "batch", str(CUP), "--list", str(scans), "-o", str(output), "--documents", "figures", "-q"]
     begun = time.monotonic()
     bundle, jobs, _, total = gmlc.batch_jobs(words)
     before = time.monotonic() - begun
@@ -109,12 +110,10 @@ def scheduler(jobs: int) -> None:
 def main() -> None:
     program, folder = sys.argv[1], Path(sys.argv[2])
     count = int(sys.argv[3]) if len(sys.argv) > 3 else 500
-    scans = folder / f"scans-{count}"
+    scans = folder / "scans"
     make(program, scans, count)
-    for file in scans.glob("*.json"):
-        file.unlink()
-    for workers in (1, 2):
-        measure(workers, scans, folder / "cluster", count)
+    for workers in (2, 1):
+        measure(workers, listed(folder, scans, count), folder / f"cluster-{workers}", count)
     scheduler(2000)
 
 

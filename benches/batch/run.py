@@ -4,7 +4,7 @@
 
 makes COUNT (1,000) virtual cups of some 20,000 points in FOLDER, each with other parameters, and then takes the times of
 
-- `gmlc batch`, from the defaults and with --start-from previous, for all of them;
+- `gmlc batch --start-from previous` for all of them, and from the defaults for a fifth;
 - `gmlc inspect`'s work, one process a scan (`gmlc fit` and `gmlc variance` cannot share what they read; a batch of one scan
   writes the same files), two processes at once, for a tenth of them;
 - SciPy and Open3D (benches/peers/fit_scipy.py: fit only, from the truth moved by 2 %), one process, for ten of them, if PEERS
@@ -62,17 +62,24 @@ def resident(pid: int) -> float:
     return int(lines[0].split()[1]) / 1024 if lines else 0.0
 
 
+def listed(folder: Path, scans: Path, count: int) -> Path:
+    """A list of the first of the scans."""
+    path = folder / f"first-{count}.txt"
+    path.write_text("".join(f"{(scans / f'cup_{i}.ply').resolve()}\n" for i in range(count)), encoding="utf-8")
+    return path
+
+
 def spent() -> float:
     """Processor seconds of the children that have ended."""
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     return used.ru_utime + used.ru_stime
 
 
-def batch(gmlc: str, scans: Path, output: Path, count: int, *more: str) -> tuple[float, float, list[float]]:
+def batch(gmlc: str, scans: Path, output: Path, count: int, more: list[str]) -> tuple[float, float, list[float]]:
     """Seconds by the clock and of processors, and the memory at each tenth."""
     shutil.rmtree(output, ignore_errors=True)
     begun, used = time.monotonic(), spent()
-    running = subprocess.Popen([gmlc, "batch", str(CUP), str(scans), "-o", str(output), *FAST, *more], stdout=subprocess.DEVNULL)
+    running = subprocess.Popen([gmlc, "batch", str(CUP), "--list", str(scans), "-o", str(output), *FAST, *more], stdout=subprocess.DEVNULL)
     memory: list[float] = []
     while running.poll() is None:
         time.sleep(0.2)
@@ -126,13 +133,15 @@ def main() -> None:
     count = int(sys.argv[3]) if len(sys.argv) > 3 else 1000
     scans = folder / "scans"
     make(gmlc, scans, count)
-    for name, more in [("batch", []), ("batch --start-from previous", ["--start-from", "previous"])]:
-        clock, processor, memory = batch(gmlc, scans, folder / "out", count, *more)
+    runs = [("batch --start-from previous", ["--start-from", "previous"], count), ("batch", [], max(10, count // 5))]
+    for name, more, of in runs:
+        clock, processor, memory = batch(gmlc, listed(folder, scans, of), folder / "out", of, more)
         shown = " ".join(f"{m:.0f}" for m in memory)
-        print(f"{name}: {count / clock:.2f} scans a second, {processor / count:.2f} processor seconds a scan; MB at tenths: {shown}")
+        rates = f"{of / clock:.2f} scans a second, {processor / of:.2f} processor seconds a scan"
+        print(f"{name}, {of} scans: {rates}; MB at tenths: {shown}", flush=True)
     few = max(10, count // 10)
     clock, processor = one_by_one(gmlc, scans, folder / "single", few)
-    print(f"one process a scan: {few / clock:.2f} scans a second, {processor / few:.2f} processor seconds a scan")
+    print(f"one process a scan, {few} scans: {few / clock:.2f} scans a second, {processor / few:.2f} processor seconds a scan")
     if len(sys.argv) > 4:
         print(f"SciPy and Open3D, the fit alone: {peer(sys.argv[4], scans, 10):.2f} s a scan")
 

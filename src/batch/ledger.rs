@@ -19,8 +19,8 @@ pub(super) fn folder_of(plan: &Plan<'_>, scan: &Scan) -> PathBuf {
 /// The files of a result that the batch reads again.
 const RESULTS: [&str; 2] = [folder::FIT, DISTANCES];
 
-/// The row of a scan that is done; none if there is none, if it is of another scan, script or option, or if files of the
-/// result are gone. What has failed is done, too, unless it is to be tried again.
+/// The row of a scan that is done; none if there is none, if it is of another scan, script or option, or if files of
+/// the result are gone. What has failed is done, too, unless it is to be tried again.
 pub(super) fn done(plan: &Plan<'_>, scan: &Scan) -> Option<Row> {
     let folder = folder_of(plan, scan);
     // A process may have been killed while it put the files into their place.

@@ -282,8 +282,8 @@ model stub {
 }
 ";
 
-/// Objects lie anywhere: the pose of the scan before says nothing, and a fit that begins there may end upside down, with
-/// every point near it.
+/// Objects lie anywhere: the pose of the scan before says nothing, and a fit that begins there may end upside down,
+/// with every point near it.
 #[test]
 fn a_series_of_objects_that_lie_anywhere_is_not_upside_down() {
     let folder = tempdir().expect("a folder");

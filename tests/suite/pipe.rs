@@ -78,9 +78,10 @@ fn pipes_of_a_pump_room_have_the_radius_of_an_independent_fit() {
         };
         let points: Vec<Vector3<f64>> = table.lines().filter_map(point).collect();
         let (expected, alone) = cylinder(&points, axis);
-        // 88.10 +- 3 to 6 beside 88.01 +- 0.08, and 87.42 +- 0.32 beside 87.31 +- 0.16. The independent fit takes points for
-        // independent; gmlc sees that residuals of neighbours are alike, and that the pipes are no cylinders. The lowest
-        // fifth of the first one has a radius of 103 mm where the others have 87.4 to 88.2: for gmlc that is a wave.
+        // 88.10 +- 3 to 6 beside 88.01 +- 0.08, and 87.42 +- 0.32 beside 87.31 +- 0.16. The independent fit takes
+        // points for independent; gmlc sees that residuals of neighbours are alike, and that the pipes are no
+        // cylinders. The lowest fifth of the first one has a radius of 103 mm where the others have 87.4 to 88.2: for
+        // gmlc that is a wave.
         let apart = (radius - expected).abs();
         assert!(
             apart < 0.3 && apart < sd && sd > alone && sd < 8.0,

@@ -104,7 +104,7 @@ def fit_many(
     if isinstance(paths, (str, os.PathLike)):
         raise TypeError("paths are several: give a list or another iterable of paths")
     # A wrong option is an error at once, and not one of every scan.
-    groups = [_options.READING, _options.FITTING]
+    groups: list[_options.Options] = [_options.READING, _options.FITTING]
     groups += [] if inspect_to is None else [_options.MEASURING, _options.REPORT]
     _options.words(options, *groups)
     return _outcomes(model, paths, executor, inspect_to, workers, options)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _gmlc, _options
-from ._model import Model
+from ._model import Mesh, Model
 
 #: Called with the stage of the work, its share from 0 to 1 (NaN where unknown), and a phrase of figures.
 Progress = Callable[[str, float, str], Any]
@@ -139,6 +139,8 @@ def _arrays(scan: Any) -> tuple[Any, Any, Any, str]:
     # trimesh: normals of vertices are computed by it from the triangles, as gmlc does itself.
     if hasattr(scan, "faces") and hasattr(scan, "vertices"):
         return scan.vertices, None, scan.faces, name
+    if isinstance(scan, Mesh):
+        return scan.positions, None, scan.triangles, name
     if hasattr(scan, "vertices") and hasattr(scan, "triangles"):
         return np.asarray(scan.vertices), None, np.asarray(scan.triangles), name
     if name == "trimesh.Scene":

@@ -13,8 +13,8 @@ impl FitResult {
     }
 
     /// A sentence that says why the fit cannot be relied on; none if it converged, at least half of the scan's points
-    /// are inliers, these are enough and not flat, and they determine a parameter if there are several. Of several scans this holds for each, and they agree on the
-    /// shape: otherwise it is that of none of them.
+    /// are inliers, these are enough and not flat, and they determine a parameter if there are several. Of several
+    /// scans this holds for each, and they agree on the shape: otherwise it is that of none of them.
     #[must_use]
     pub fn shortcoming(&self) -> Option<String> {
         if self.degenerate {

@@ -51,8 +51,8 @@ pub struct Signal {
 
 impl IndividualsChart {
     /// The chart of values in the order in which they came about, with their standard deviations of measurement where
-    /// these are known; none of fewer than two. The limits are those of a usual measurement: a poorer one is a signal only
-    /// beyond what it adds to them.
+    /// these are known; none of fewer than two. The limits are those of a usual measurement: a poorer one is a signal
+    /// only beyond what it adds to them.
     #[must_use]
     pub fn of(values: &[f64], sds: &[Option<f64>]) -> Option<Self> {
         if values.len() < 2 {

@@ -72,8 +72,8 @@ impl DeviationMap {
         self.map(|i| self.variance(i).sqrt())
     }
 
-    /// The probability of such a mean, or one farther from zero, where the true one is zero, at every texel, likewise: by
-    /// Student's t.
+    /// The probability of such a mean, or one farther from zero, where the true one is zero, at every texel, likewise:
+    /// by Student's t.
     #[must_use]
     pub fn chance(&self) -> Vec<f32> {
         let most = self.count.iter().copied().max().unwrap_or(0);

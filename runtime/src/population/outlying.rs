@@ -15,8 +15,8 @@ const LEAST: usize = 5;
 const FALSE: f64 = 0.05;
 
 /// The largest distance from the median, in robust standard deviations, is distributed about as that of Student's t
-/// with this many degrees of freedom a value: of 5, 10, 20 and 50 normal values one in twenty has a larger one than 7.9,
-/// 4.6, 4.0 and 3.8 (200,000 simulated populations), by this formula 12, 5.3, 4.2 and 3.8.
+/// with this many degrees of freedom a value: of 5, 10, 20 and 50 normal values one in twenty has a larger one than
+/// 7.9, 4.6, 4.0 and 3.8 (200,000 simulated populations), by this formula 12, 5.3, 4.2 and 3.8.
 const DEGREES: f64 = 0.45;
 
 /// A value that differs from those of the other objects.
@@ -34,8 +34,8 @@ pub struct Outlying {
     pub score: f64,
 }
 
-/// The outlying ones among values (row, value, standard deviation of measurement, which may be unknown), of a population
-/// with so many quantities.
+/// The outlying ones among values (row, value, standard deviation of measurement, which may be unknown), of a
+/// population with so many quantities.
 #[must_use]
 pub fn outlying(quantity: &str, values: &[(usize, f64, Option<f64>)], quantities: usize) -> Vec<Outlying> {
     if values.len() < LEAST {

@@ -20,7 +20,8 @@ const DOUBLINGS: usize = 200;
 /// y_i = mean + b_i + e_i with b_i of variance tau^2, which is that between objects, and e_i of the known variance of
 /// measurement i. tau^2 by restricted maximum likelihood, its interval by the Q profile (Viechtbauer, *Confidence
 /// intervals for the amount of heterogeneity in meta-analysis*, Statistics in Medicine 26, 2007); the interval of the
-/// mean by Hartung and Knapp (Statistics in Medicine 20, 2001), with a standard error of no less than that of the weights.
+/// mean by Hartung and Knapp (Statistics in Medicine 20, 2001), with a standard error of no less than that of the
+/// weights.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RandomEffects {
     /// The number of objects.
@@ -29,8 +30,8 @@ pub struct RandomEffects {
     pub mean: f64,
     /// The standard error of the mean.
     pub standard_error: f64,
-    /// What the errors of all scans may have in common, as far as it is more than the noise of single points: the mean over
-    /// any number of them has it. 0 where that is not known.
+    /// What the errors of all scans may have in common, as far as it is more than the noise of single points: the mean
+    /// over any number of them has it. 0 where that is not known.
     pub shared: f64,
     /// The confidence limits of the mean at 95 %, `shared` included.
     pub mean_interval: [f64; 2],

@@ -101,7 +101,8 @@ pub struct Measured {
     pub value: Option<f64>,
     /// Standard deviation of the value by this scan; none where it has none.
     pub sd: Option<f64>,
-    /// Standard deviation by the noise of single points alone: without errors that all scans of one model share, such as that of a shape which the model does not have.
+    /// Standard deviation by the noise of single points alone: without errors that all scans of one model share, such
+    /// as that of a shape which the model does not have.
     pub noise_sd: Option<f64>,
     /// Why it has none.
     pub without_sd: Option<String>,

@@ -137,8 +137,8 @@ pub(crate) const FIELD_SAMPLES: usize = 3;
 pub(crate) const FIELD_STEP: f64 = 1.5;
 /// Shares of a field in the variance that are tried.
 pub(crate) const FIELD_SHARES: [f64; 8] = [0.02, 0.06, 0.15, 0.3, 0.5, 0.7, 0.85, 0.97];
-/// A field is as probable as independent residuals if its likelihood is so much larger (logarithm; a chi-squared of three
-/// degrees of freedom, L, q and the kernel, is above twice this in one case of 2,500).
+/// A field is as probable as independent residuals if its likelihood is so much larger (logarithm; a chi-squared of
+/// three degrees of freedom, L, q and the kernel, is above twice this in one case of 2,500).
 pub(crate) const FIELD_CLEAR: f64 = 9.0;
 /// What a field does is said where it raises a standard deviation by so much.
 pub(crate) const FIELD_TOLD: f64 = 1.5;

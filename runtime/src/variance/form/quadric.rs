@@ -17,7 +17,8 @@ pub(super) struct Near {
     pub(super) at: DVec2,
 }
 
-/// Coefficients of 1, p, q, p^2, pq and q^2, where p and q are along the cells' principal directions about their centre.
+/// Coefficients of 1, p, q, p^2, pq and q^2, where p and q are along the cells' principal directions about their
+/// centre.
 type Coefficients = [f64; 6];
 
 /// The exponents of p and q.
