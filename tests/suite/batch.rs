@@ -31,7 +31,7 @@ fn truth(i: usize) -> [f64; 2] {
 }
 
 /// A folder with tin.gml and so many scans of tins, or of worn ones.
-fn tins(count: usize, is_worn: bool) -> TempDir {
+pub(crate) fn tins(count: usize, is_worn: bool) -> TempDir {
     let folder = tempdir().expect("a folder");
     let at = folder.path();
     fs::write(at.join("tin.gml"), TIN).expect("written");

@@ -1,5 +1,6 @@
 //! report.html in a browser: Chromium without a window, driven through the pipes of its DevTools protocol.
 
+use crate::batch::tins;
 use crate::scan_colours::{PLATE, write_plate};
 use crate::support::{example, gmlc, gmlc_in, json};
 use base64::Engine;
@@ -100,6 +101,18 @@ impl Browser {
                 "{}",
                 self.value("document.getElementById('message')?.textContent")
             );
+            std::thread::sleep(Duration::from_millis(100));
+        }
+    }
+
+    /// Opens a page without a view.
+    fn load(&mut self, page: &Path) {
+        self.ask("Page.navigate", json!({ "url": format!("file://{}", page.display()) }));
+        let begun = Instant::now();
+        while self.value("document.readyState") != json!("complete")
+            || self.value("location.protocol") != json!("file:")
+        {
+            assert!(begun.elapsed() < Duration::from_secs(60), "the page does not load");
             std::thread::sleep(Duration::from_millis(100));
         }
     }
@@ -363,4 +376,33 @@ fn store(path: &Path, pixels: &[u8]) {
         png::Encoder::new(File::create(path).expect("a file"), COLUMNS as u32, (pixels.len() / 3 / COLUMNS) as u32);
     encoder.set_color(png::ColorType::Rgb);
     encoder.write_header().and_then(|mut writer| writer.write_image_data(pixels)).expect("written");
+}
+
+#[test]
+fn the_page_of_a_batch_shows_its_pictures_at_any_width() {
+    let folder = tins(3, false);
+    let at = folder.path();
+    gmlc_in(at, &["batch", "tin.gml", "scans", "-o", "out", "--resolution", "128", "-q"]);
+    let Some(mut browser) = Browser::start(at) else { return };
+    browser.load(&at.join("out/summary.html"));
+    for width in [400, 1300] {
+        browser.width(width);
+        let over = browser.value("document.documentElement.scrollWidth - innerWidth");
+        assert!(over.as_f64().expect("a number") <= 0.0, "{over} wider than {width}");
+    }
+    // Pictures of scans are loaded when they come into view.
+    let images = browser.value(
+        "Promise.all([...document.images].map(async i => { i.loading = 'eager'; await i.decode().catch(() => 0); \
+         return [i.getAttribute('src'), i.naturalWidth]; }))",
+    );
+    let images = images.as_array().expect("pictures");
+    assert!(images.len() >= 6, "three maps and three scans: {images:?}");
+    assert!(images.iter().all(|image| image[1].as_f64() > Some(0.0)), "{images:?}");
+    // A report is one click away.
+    let links = browser.value("[...document.querySelectorAll('.card a')].map(a => a.getAttribute('href'))");
+    for link in links.as_array().expect("links") {
+        assert!(at.join("out").join(link.as_str().expect("an address")).is_file(), "{link}");
+    }
+    assert!(browser.value("document.querySelectorAll('svg circle, svg path').length").as_f64() > Some(4.0));
+    assert_eq!(browser.complaints(), Vec::<String>::new());
 }

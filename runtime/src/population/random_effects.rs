@@ -58,7 +58,6 @@ impl RandomEffects {
         if measured.len() < 2 || !measured.iter().all(is_known) {
             return None;
         }
-        // In units of the largest variance, so that the search has a scale.
         let problem = Problem { measured };
         let degrees = (measured.len() - 1) as f64;
         let variance = problem.restricted_likelihood();
