@@ -55,6 +55,7 @@ pub(crate) struct Scan {
 impl<'a> Plan<'a> {
     /// Compiles the script, and reads options before any work is done.
     pub(crate) fn new(args: &'a BatchArgs, record: Record) -> Result<Self, CommandError> {
+        // Options that are wrong are told before the script is compiled.
         measure::options(&args.variance)?;
         let subject = Subject::compiled(&args.script, args.params.as_deref(), &[], &args.fit)?;
         let mut record = record;

@@ -29,14 +29,16 @@ impl Movements {
         let count = model.parameters().len();
         let mut matrix = DMatrix::zeros(count, count);
         let mut total = 0.0;
+        let mut areas = vec![0.0; texels.part_names.len()];
+        let area = |i: usize| f64::from(texels.area[i]).max(0.0);
+        (0..texels.len()).for_each(|i| areas[texels.part[i] as usize] += area(i));
         for part in &sensitivities.parts {
-            let all: f64 = part.texels.iter().map(|i| f64::from(texels.area[*i]).max(0.0)).sum();
+            let all: f64 = part.texels.iter().map(|i| area(*i)).sum();
             // Of large parts only a sample has derivatives; it stands for the whole.
-            let own = texels.part.iter().zip(&texels.area).filter(|(p, _)| Some(**p) == first(part, &texels));
-            let whole: f64 = own.map(|(_, area)| f64::from(*area).max(0.0)).sum();
+            let whole = part.texels.first().map_or(0.0, |i| areas[texels.part[*i] as usize]);
             total += whole;
             for (k, i) in part.texels.iter().enumerate() {
-                let weight = f64::from(texels.area[*i]).max(0.0) * if all > 0.0 { whole / all } else { 0.0 };
+                let weight = area(*i) * if all > 0.0 { whole / all } else { 0.0 };
                 let rows = &part.derivatives[k * part.active.len()..(k + 1) * part.active.len()];
                 let along: Vec<f64> = rows.iter().map(|d| (0..3).map(|c| d[c] * part.normals[k][c]).sum()).collect();
                 for (a, p) in part.active.iter().enumerate() {
@@ -57,11 +59,6 @@ impl Movements {
         let places = names.iter().map(place).collect::<Option<Vec<usize>>>()?;
         Some(DMatrix::from_fn(places.len(), places.len(), |i, j| self.matrix[(places[i], places[j])]))
     }
-}
-
-/// The number of the part that sampled texels belong to.
-fn first(part: &crate::model::PartSensitivities, texels: &Texels) -> Option<u32> {
-    part.texels.first().map(|i| texels.part[*i])
 }
 
 /// What one parameter contributes.
