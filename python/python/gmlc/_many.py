@@ -194,4 +194,5 @@ def _outcomes(
         for future in running:
             future.cancel()
         if own:
-            pool.shutdown(wait=True, cancel_futures=True)
+            # Who leaves the loop early does not wait for what is worked on.
+            pool.shutdown(wait=not running, cancel_futures=True)
