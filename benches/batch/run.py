@@ -114,7 +114,10 @@ def peer(python: str, scans: Path, count: int) -> float:
     total = 0.0
     names = ["x", "y", "z", "alpha", "beta", "gamma", "shape", "r", "h", "h1", "h2a", "h2b", "h3a", "h3b", "h4"]
     for i in range(count):
-        truth = json.loads((scans / f"cup_{i}.json").read_text())["parameters"]
+        made = json.loads((scans / f"cup_{i}.json").read_text())
+        # The scanner has moved the object.
+        placed = dict(zip(names, [*made["pose"]["translation"], *made["euler"]]))
+        truth = made["parameters"] | placed
         draw = random.Random(i)
         start = [truth[name] * (1 + 0.02 * draw.uniform(-1, 1)) for name in names]
         done = subprocess.run(

@@ -33,6 +33,10 @@ def library(folder):
     return ctypes.CDLL(str(target))
 
 
+def pointer(array):
+    return array.ctypes.data_as(ctypes.c_void_p)
+
+
 class Cup:
     def __init__(self, points, sigma, folder):
         self.c, self.points, self.sigma = library(folder), points, sigma
@@ -46,17 +50,36 @@ class Cup:
         self.triangles, self.count = np.concatenate(triangles).astype(np.uint32), first
         self.query = o3d.core.Tensor(points.astype(np.float32))
 
-    def call(self, name, x, array, size, *more):
-        pointer = lambda a: a.ctypes.data_as(ctypes.c_void_p)
+    def grids(self, x, array):
+        """Points of all parts on their grids."""
         for which, u, v, first in self.axes:
             part = array[first : first + len(u) * len(v)]
-            getattr(self.c, name)(pointer(x), which, pointer(u), len(u), pointer(v), len(v), pointer(part), *map(pointer, more))
+            self.c.cup_grid(pointer(x), which, pointer(u), len(u), pointer(v), len(v), pointer(part))
+
+    def scattered(self, function, x, arrays, *more):
+        """A function of scattered points, at the vertices of each part, with an array for each."""
+        for (which, u, v, _), array in zip(self.axes, arrays):
+            columns, rows = np.tile(u, len(v)), np.repeat(v, len(u))
+            function(pointer(x), which, pointer(columns), pointer(rows), len(columns), pointer(array), *map(pointer, more))
+
+    def by_part(self, array):
+        ends = [first for *_, first in self.axes[1:]]
+        return [np.ascontiguousarray(part) for part in np.split(array, ends)]
+
+    def jacobian(self, x):
+        """Derivatives of all vertices, (n, 3, 15): only the handle depends on the last six."""
+        own = [np.zeros((len(u) * len(v), 15 if which == 2 else 9, 3)) for which, u, v, _ in self.axes]
+        self.scattered(self.c.cup_jacobian, x, own)
+        result = np.zeros((self.count, 3, 15))
+        for (*_, first), part in zip(self.axes, own):
+            result[first : first + len(part), :, : part.shape[1]] = part.transpose(0, 2, 1)
+        return result
 
     def closest(self, x):
         """The cup's vertices, and where on its triangles the points are nearest."""
         x = np.ascontiguousarray(x)
         vertices = np.zeros((self.count, 3))
-        self.call("cup_points", x, vertices, 3)
+        self.grids(x, vertices)
         scene = o3d.t.geometry.RaycastingScene()
         scene.add_triangles(o3d.core.Tensor(vertices.astype(np.float32)), o3d.core.Tensor(self.triangles))
         return vertices, scene.compute_closest_points(self.query)
@@ -77,15 +100,14 @@ class Cup:
             [np.bincount(corners.ravel(), (weights * force[:, k : k + 1]).ravel(), self.count) for k in range(3)], 1
         )
         gradient = np.zeros(15)
-        self.call("cup_pullback", np.ascontiguousarray(x), np.ascontiguousarray(w), 3, gradient)
+        self.scattered(self.c.cup_pullback, np.ascontiguousarray(x), self.by_part(w), gradient)
         return 1 - loss.mean(), gradient
 
     def residuals(self, x):
         """Distances, their Jacobian, and the weights of the loss."""
         e, corners, weights = self.feet(x)
         d = np.linalg.norm(e, axis=1)
-        jacobian = np.zeros((self.count, 3, 15))
-        self.call("cup_jacobian", np.ascontiguousarray(x), jacobian, 45)
+        jacobian = self.jacobian(np.ascontiguousarray(x))
         n = e / np.maximum(d, 1e-12)[:, None]
         rows = np.zeros((len(d), 15))
         for k in range(3):
