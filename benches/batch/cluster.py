@@ -3,8 +3,9 @@
     python benches/batch/cluster.py GMLC FOLDER [COUNT]
 
 with a Python that has the package (`pip install '.[dask]'`), and GMLC for the virtual scans that it makes in FOLDER
-(those of run.py). With two workers and with one, all COUNT (500) scans are inspected into a folder of its own, by the jobs of `gmlc batch
---dask`; workers are processes of one thread on this machine. The phases of the handing machine are taken apart:
+(those of run.py). With two workers and then with one, all COUNT (500) scans are inspected, into a folder each time, by the
+jobs of `gmlc batch --dask`; workers are processes of one thread on this machine. The phases of the handing machine are
+taken apart:
 
 - before: sums of all scans, the jobs;
 - work: all jobs, by the clock and in processor seconds of the workers; their memory at each tenth;

@@ -2,7 +2,7 @@
 
 use crate::support::{gmlc, json, parameter, test_data};
 use nalgebra::{SMatrix, SVector, Vector3};
-use tempfile::tempdir;
+use tempfile::{TempDir, tempdir};
 
 const PIPE: &str = "use std.surface (cylinder)
 model pipe {
@@ -55,14 +55,18 @@ fn cylinder(points: &[Vector3<f64>], axis: [f64; 2]) -> (f64, f64) {
     (x[4], sd)
 }
 
+/// A folder with pipe.gml, and the scan's path; none without the test data.
+fn pump_room() -> Option<(TempDir, String)> {
+    let scan = test_data()?.join("clouds/pump.e57");
+    let folder = tempdir().expect("a folder");
+    std::fs::write(folder.path().join("pipe.gml"), PIPE).expect("written");
+    Some((folder, scan.to_str().expect("a path").to_owned()))
+}
+
 #[test]
 fn pipes_of_a_pump_room_have_the_radius_of_an_independent_fit() {
-    let Some(data) = test_data() else { return };
-    let folder = tempdir().expect("a folder");
-    let folder = folder.path();
-    std::fs::write(folder.join("pipe.gml"), PIPE).expect("written");
-    let scan = data.join("clouds/pump.e57");
-    let scan = scan.to_str().expect("a path");
+    let Some((folder, scan)) = pump_room() else { return };
+    let (folder, scan) = (folder.path(), scan.as_str());
     for (crop, axis) in PIPES {
         gmlc(folder, &["fit", "pipe.gml", scan, crop, "-o", "fit.json"]);
         let fit = json(&folder.join("fit.json"));
@@ -94,12 +98,8 @@ fn pipes_of_a_pump_room_have_the_radius_of_an_independent_fit() {
 /// of the first pipe is a close decision, which took them from 0.28 to 4.1 mm from one seed to the next.
 #[test]
 fn standard_deviations_do_not_hang_on_the_sample() {
-    let Some(data) = test_data() else { return };
-    let folder = tempdir().expect("a folder");
-    let folder = folder.path();
-    std::fs::write(folder.join("pipe.gml"), PIPE).expect("written");
-    let scan = data.join("clouds/pump.e57");
-    let scan = scan.to_str().expect("a path");
+    let Some((folder, scan)) = pump_room() else { return };
+    let (folder, scan) = (folder.path(), scan.as_str());
     let of_seed = |seed: &str| {
         gmlc(folder, &["fit", "pipe.gml", scan, PIPES[0].0, "--seed", seed, "-o", "fit.json"]);
         let fit = json(&folder.join("fit.json"));

@@ -1,6 +1,6 @@
 //! Control charts of single values.
 
-use crate::robust::median;
+use super::excess::excess;
 use serde::{Deserialize, Serialize};
 
 /// The expected range of two values of a normal distribution, in standard deviations (ISO 7870-2:2013, d2 for n = 2).
@@ -80,12 +80,6 @@ impl IndividualsChart {
         signals.sort_by_key(|signal| signal.at);
         Some(Self { centre, sigma, limits, mean_range, range_limit, signals, few: values.len() < FEW })
     }
-}
-
-/// By place, what a measurement adds to the variance of a usual one.
-fn excess(sds: &[Option<f64>]) -> impl Fn(usize) -> f64 {
-    let usual = median(&mut sds.iter().copied().flatten().collect::<Vec<f64>>()).unwrap_or(0.0);
-    move |at| sds.get(at).copied().flatten().map_or(0.0, |sd| (sd * sd - usual * usual).max(0.0))
 }
 
 /// The ends of runs on one side of the centre.

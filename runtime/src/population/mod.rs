@@ -13,6 +13,7 @@ mod capability;
 mod chart;
 mod correlation;
 mod deviation_map;
+mod excess;
 mod layout;
 mod normality;
 mod outlying;

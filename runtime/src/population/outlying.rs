@@ -1,6 +1,7 @@
 //! Objects that differ from the others.
 
-use crate::robust::{MAD_TO_SD, median, median_and_deviation};
+use super::excess::excess;
+use crate::robust::{MAD_TO_SD, median_and_deviation};
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
@@ -45,12 +46,11 @@ pub fn outlying(quantity: &str, values: &[(usize, f64, Option<f64>)], quantities
     let mut of_all: Vec<f64> = values.iter().map(|(_, value, _)| *value).collect();
     let Some((middle, deviation)) = median_and_deviation(&mut of_all) else { return Vec::new() };
     let spread = MAD_TO_SD * deviation;
-    let mut known: Vec<f64> = values.iter().filter_map(|(_, _, sd)| *sd).collect();
     // The spread of all has a usual measurement in it.
-    let usual = median(&mut known).unwrap_or(0.0);
-    let found = values.iter().filter_map(|(row, value, sd)| {
-        let excess = sd.map_or(0.0, |sd| (sd * sd - usual * usual).max(0.0));
-        let score = (value - middle) / (spread * spread + excess).sqrt();
+    let sds: Vec<Option<f64>> = values.iter().map(|(.., sd)| *sd).collect();
+    let excess = excess(&sds);
+    let found = values.iter().enumerate().filter_map(|(at, (row, value, _))| {
+        let score = (value - middle) / (spread * spread + excess(at)).sqrt();
         let is_far = score.abs() > far;
         is_far.then(|| Outlying { row: *row, quantity: quantity.to_owned(), value: *value, median: middle, score })
     });
