@@ -7,6 +7,8 @@ use gml_compiler::program::Failed;
 pub(crate) enum CommandError {
     /// Something is wrong with a file or a result: exit status 1.
     Failed(String),
+    /// A result cannot be written, whatever it is of: exit status 1.
+    Unwritable(String),
     /// The command line is wrong: exit status 2.
     Usage(String),
     /// The script has errors: exit status 1.
@@ -35,7 +37,7 @@ impl CommandError {
     /// The process's exit status.
     pub(crate) fn status(&self) -> u8 {
         match self {
-            Self::Failed(_) | Self::Script(_) | Self::Reported => 1,
+            Self::Failed(_) | Self::Unwritable(_) | Self::Script(_) | Self::Reported => 1,
             Self::Usage(_) => 2,
             Self::DoesNotConform(_) => 3,
             Self::Undecided(_) | Self::Unreliable(_) => 4,
@@ -45,7 +47,7 @@ impl CommandError {
     /// Prints the error to standard error.
     pub(crate) fn print(&self) {
         match self {
-            Self::Failed(message) | Self::Usage(message) => eprintln!("error: {message}"),
+            Self::Failed(message) | Self::Unwritable(message) | Self::Usage(message) => eprintln!("error: {message}"),
             Self::Script(errors) => crate::diagnostics::print(&errors.diagnostics, &errors.sources),
             Self::DoesNotConform(lines) | Self::Undecided(lines) => lines.iter().for_each(|line| eprintln!("{line}")),
             Self::Unreliable(reason) => eprintln!("unreliable fit: {reason}"),
@@ -56,7 +58,9 @@ impl CommandError {
     /// The reason in one line.
     pub(crate) fn reason(&self) -> String {
         match self {
-            Self::Failed(message) | Self::Usage(message) | Self::Unreliable(message) => message.clone(),
+            Self::Failed(message) | Self::Unwritable(message) | Self::Usage(message) | Self::Unreliable(message) => {
+                message.clone()
+            }
             Self::Script(errors) => errors.diagnostics.first().map(|d| d.message.clone()).unwrap_or_default(),
             Self::DoesNotConform(_) | Self::Undecided(_) | Self::Reported => String::new(),
         }

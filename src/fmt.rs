@@ -133,11 +133,8 @@ impl Report {
                 }
             }
             Err(CommandError::Script(errors)) => self.add_errors(*errors),
-            Err(CommandError::Failed(message) | CommandError::Usage(message) | CommandError::Unreliable(message)) => {
-                self.failures.push(message);
-            }
-            Err(CommandError::DoesNotConform(lines) | CommandError::Undecided(lines)) => self.failures.extend(lines),
             Err(CommandError::Reported) => {}
+            Err(error) => self.failures.push(error.reason()),
         }
     }
 

@@ -159,7 +159,7 @@ pub(crate) fn require_folder_apart<'a>(
 
 /// Begins a result in a folder.
 pub(crate) fn begin(output: &Path) -> Result<ResultFolder, CommandError> {
-    ResultFolder::begin(output, |text| note!("{text}")).map_err(CommandError::failed)
+    ResultFolder::begin(output, |text| note!("{text}")).map_err(unwritable)
 }
 
 /// Whether the file that values were taken from is the fit.json of a folder of results: it stays there.
@@ -240,7 +240,12 @@ pub(crate) fn failed(folder: &ResultFolder, error: DocumentError) -> CommandErro
 
 /// The same of one file.
 pub(crate) fn failed_write(folder: &ResultFolder, error: WriteError) -> CommandError {
-    CommandError::failed(folder.place(error))
+    unwritable(folder.place(error))
+}
+
+/// Nothing of what is written there can be, such as on a full disk.
+pub(crate) fn unwritable(error: WriteError) -> CommandError {
+    CommandError::Unwritable(error.to_string())
 }
 
 /// The files that a command reads, of which some may not have been given.

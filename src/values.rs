@@ -84,7 +84,10 @@ const LONGEST: f64 = 1e12;
 const SHORTEST: f64 = 1e-12;
 
 /// Parses a positive length, in millimetres.
-pub(crate) fn positive_length(text: &str) -> Result<f64, String> {
+///
+/// # Errors
+/// A sentence without a subject: what the text is, and what is expected.
+pub fn positive_length(text: &str) -> Result<f64, String> {
     match length(text)? {
         x if x > 0.0 => Ok(x),
         _ => Err("is not above zero: expected a length such as 42mm".into()),

@@ -3,9 +3,9 @@
 use crate::arrays::{block, numbers, points, rows, vector};
 use crate::errors::{raised, wrong};
 use crate::processes::detached;
-use gml_runtime::model::{Fineness, Instance, Tessellation};
-use gmlc::embedded::Model;
-use numpy::{PyArray1, PyArray2, PyArray3, PyReadonlyArrayDyn};
+use gml_runtime::model::{EvaluationError, Fineness, Instance, Tessellation};
+use gmlc::embedded::{Model, positive_length};
+use numpy::{PyArray1, PyArray2, PyArray3, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -92,13 +92,10 @@ impl Program {
         u: PyReadonlyArrayDyn<'py, f64>,
         v: PyReadonlyArrayDyn<'py, f64>,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let [x, u, v] = [&x, &u, &v].map(numbers);
-        let found = detached(py, || {
-            self.at(&x, part, |instance| {
-                let mut out = vec![[0.0; 3]; u.len()];
-                instance.points(part, &u, &v, &mut out)?;
-                Ok(out)
-            })
+        let found = self.at_sites(py, [x, u, v], part, |instance, u, v| {
+            let mut out = vec![[0.0; 3]; u.len()];
+            instance.points(part, u, v, &mut out)?;
+            Ok(out)
         })?;
         rows(py, found)
     }
@@ -112,25 +109,21 @@ impl Program {
         u: PyReadonlyArrayDyn<'py, f64>,
         v: PyReadonlyArrayDyn<'py, f64>,
     ) -> PyResult<Bound<'py, PyArray3<f64>>> {
-        let [x, u, v] = [&x, &u, &v].map(numbers);
         let (count, width) = (u.len(), x.len());
-        let found = detached(py, || {
-            self.at(&x, part, |instance| {
-                let active: Vec<usize> =
-                    self.model.program().parts()[part].active.iter().map(|p| *p as usize).collect();
-                let mut compact = vec![0.0; 3 * active.len() * count];
-                instance.jacobian(part, &u, &v, &mut compact)?;
-                // From (point, active parameter, axis) to (point, axis, parameter).
-                let mut out = vec![0.0; 3 * width * count];
-                for (i, row) in compact.chunks_exact((3 * active.len()).max(1)).enumerate().take(count) {
-                    for (a, p) in active.iter().enumerate() {
-                        for axis in 0..3 {
-                            out[(3 * i + axis) * width + p] = row[3 * a + axis];
-                        }
+        let found = self.at_sites(py, [x, u, v], part, |instance, u, v| {
+            let active: Vec<usize> = self.model.program().parts()[part].active.iter().map(|p| *p as usize).collect();
+            let mut compact = vec![0.0; 3 * active.len() * count];
+            instance.jacobian(part, u, v, &mut compact)?;
+            // From (point, active parameter, axis) to (point, axis, parameter).
+            let mut out = vec![0.0; 3 * width * count];
+            for (i, row) in compact.chunks_exact((3 * active.len()).max(1)).enumerate().take(count) {
+                for (a, p) in active.iter().enumerate() {
+                    for axis in 0..3 {
+                        out[(3 * i + axis) * width + p] = row[3 * a + axis];
                     }
                 }
-                Ok(out)
-            })
+            }
+            Ok(out)
         })?;
         block(py, found, [count, 3, width])
     }
@@ -145,34 +138,31 @@ impl Program {
         v: PyReadonlyArrayDyn<'py, f64>,
         cotangents: PyReadonlyArrayDyn<'py, f64>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let [x, u, v] = [&x, &u, &v].map(numbers);
         let cotangents = points(&cotangents, "cotangents")?;
         if cotangents.len() != u.len() {
             return Err(wrong(format!("{} cotangents for {} points", cotangents.len(), u.len())));
         }
-        let found = detached(py, || {
-            self.at(&x, part, |instance| {
-                let mut out = vec![0.0; x.len()];
-                instance.pullback(part, &u, &v, &cotangents, &mut out)?;
-                Ok(out)
-            })
+        let width = x.len();
+        let found = self.at_sites(py, [x, u, v], part, |instance, u, v| {
+            let mut out = vec![0.0; width];
+            instance.pullback(part, u, v, &cotangents, &mut out)?;
+            Ok(out)
         })?;
         Ok(vector(py, found))
     }
 
     /// Vertices (n, 3), triangles (m, 3), and the part of each triangle (m); `chord` is the largest distance between
-    /// mesh and surface in millimetres.
+    /// mesh and surface, as on the command line.
     #[allow(clippy::type_complexity)]
     fn mesh<'py>(
         &self,
         py: Python<'py>,
         x: PyReadonlyArrayDyn<'py, f64>,
-        chord: Option<f64>,
+        chord: Option<&str>,
     ) -> PyResult<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<u32>>, Bound<'py, PyArray1<u32>>)> {
         let x = numbers(&x);
-        if chord.is_some_and(|chord| !(chord > 0.0)) {
-            return Err(wrong("chord must be more than 0 mm"));
-        }
+        let chord =
+            chord.map(|text| positive_length(text).map_err(|e| wrong(format!("chord: '{text}' {e}")))).transpose()?;
         let mesh = detached(py, || {
             self.at(&x, 0, |instance| {
                 let fineness = chord.map_or_else(Fineness::default, |chord| Fineness { chord, ..Fineness::default() });
@@ -188,12 +178,24 @@ impl Program {
 }
 
 impl Program {
+    /// Does something with the model at `x`, u and v, without the interpreter's lock.
+    fn at_sites<T: Send>(
+        &self,
+        py: Python<'_>,
+        arguments: [PyReadonlyArrayDyn<'_, f64>; 3],
+        part: usize,
+        work: impl FnOnce(&dyn Instance, &[f64], &[f64]) -> Result<T, EvaluationError> + Send,
+    ) -> PyResult<T> {
+        let [x, u, v] = arguments.each_ref().map(numbers);
+        detached(py, || self.at(&x, part, |instance| work(instance, &u, &v)))
+    }
+
     /// Does something with the model at `x`.
     fn at<T>(
         &self,
         x: &[f64],
         part: usize,
-        work: impl FnOnce(&dyn Instance) -> Result<T, gml_runtime::model::EvaluationError>,
+        work: impl FnOnce(&dyn Instance) -> Result<T, EvaluationError>,
     ) -> PyResult<T> {
         let program = self.model.program();
         if x.len() != program.parameters().len() {

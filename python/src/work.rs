@@ -120,7 +120,7 @@ fn taken(scans: Vec<PyRef<'_, Scan>>) -> Vec<gml_runtime::scan::Scan> {
     scans.iter().map(|scan| scan.scan.clone()).collect()
 }
 
-/// Fits a program to scans of one object; returns fit.json and, where the fit cannot be relied on, why.
+/// Fits a program to scans of one object; returns fit.json.
 #[pyfunction]
 #[pyo3(signature = (program, scans, words, earlier=None, progress=None))]
 pub(crate) fn fit(
@@ -130,12 +130,12 @@ pub(crate) fn fit(
     words: Vec<String>,
     earlier: Option<&str>,
     progress: Option<Py<PyAny>>,
-) -> PyResult<(String, Option<String>)> {
+) -> PyResult<String> {
     let (scans, earlier) = (taken(scans), earlier.map(parsed).transpose()?);
     let model = program.model.clone();
     let fit =
         with_progress(py, progress, move |progress| embedded::fit(&model, &scans, &words, earlier.as_ref(), progress))?;
-    Ok((text(&fit)?, fit.shortcoming()))
+    text(&fit)
 }
 
 /// Why the fit of fit.json cannot be relied on.

@@ -52,7 +52,7 @@ def test_broadcasting_and_single_points(tin):
 
 def test_a_mesh_is_closed_and_has_the_volume_of_a_tin(tin):
     trimesh = pytest.importorskip("trimesh")
-    mesh = tin(r=20.0, h=50.0).mesh(chord=0.01)
+    mesh = tin(r=20.0, h=50.0).mesh(chord="0.01mm")
     assert isinstance(mesh.to_trimesh(), trimesh.Trimesh)
     corners = mesh.positions[mesh.triangles]
     volume = np.einsum("ni,ni->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6

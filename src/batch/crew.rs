@@ -24,7 +24,7 @@ pub(super) fn work(plan: &Plan<'_>, scans: &[Scan]) -> Result<Vec<Option<Row>>, 
     let rows: Vec<Option<Row>> = scans.iter().map(|scan| ledger::done(plan, scan)).collect();
     let done = rows.iter().flatten().count();
     if done > 0 {
-        note!("{done} of {} scans are done already", scans.len());
+        note!("{done} of {} scans are done", scans.len());
     }
     let processors = available_parallelism().map_or(1, NonZero::get);
     let pending = scans.len() - done;

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 pub(super) fn scans(given: &[PathBuf], lists: &[PathBuf], output: &Path) -> Result<Vec<PathBuf>, CommandError> {
     let mut found = Vec::new();
     for path in given {
-        found.extend(of_word(path)?);
+        found.extend(of_word(Path::new(""), path)?);
     }
     for list in lists {
         found.extend(of_list(list)?);
@@ -32,18 +32,21 @@ pub(super) fn scans(given: &[PathBuf], lists: &[PathBuf], output: &Path) -> Resu
     Ok(found)
 }
 
-/// The scans that a word of the command line means.
-fn of_word(path: &Path) -> Result<Vec<PathBuf>, CommandError> {
+/// The scans that a word means, relative to a folder.
+fn of_word(folder: &Path, word: impl AsRef<Path>) -> Result<Vec<PathBuf>, CommandError> {
+    let path = folder.join(&word);
     if path.is_dir() {
-        return of_folder(path);
+        return of_folder(&path);
     }
-    let text = path.to_string_lossy();
+    let text = word.as_ref().to_string_lossy();
     if path.exists() || !text.contains(['*', '?', '[']) {
         // One that is not there is a scan without a result: the others are done.
-        return Ok(vec![path.to_owned()]);
+        return Ok(vec![path]);
     }
     let failed = |what: String| CommandError::usage(format!("{text}: {what}"));
-    let matches = glob::glob(&text).map_err(|e| failed(format!("is no pattern: {}", e.msg)))?;
+    // Characters of patterns in the folder's own name are meant as they stand.
+    let pattern = Path::new(&glob::Pattern::escape(&folder.to_string_lossy())).join(&*text);
+    let matches = glob::glob(&pattern.to_string_lossy()).map_err(|e| failed(format!("is no pattern: {}", e.msg)))?;
     let mut found: Vec<PathBuf> = matches.flatten().filter(|path| path.is_file()).collect();
     if found.is_empty() {
         return Err(failed("no file has a name of this pattern".to_owned()));
@@ -78,12 +81,30 @@ fn of_folder(folder: &Path) -> Result<Vec<PathBuf>, CommandError> {
     Ok(found)
 }
 
-/// The scans that a text names, a line each; empty lines and those that begin with `#` are none.
+/// The scans that a text names, a line each as a word of the command line, relative to the text's folder.
 fn of_list(list: &Path) -> Result<Vec<PathBuf>, CommandError> {
     let text = files::read(list)?;
-    let lines = text.trim_start_matches('\u{feff}').lines().map(str::trim);
-    let named = lines.filter(|line| !line.is_empty() && !line.starts_with('#'));
-    Ok(named.map(|line| folder_of(list).join(line)).collect())
+    let folder = folder_of(list);
+    let mut found = Vec::new();
+    for (n, line) in text.trim_start_matches('\u{feff}').lines().enumerate() {
+        let word = without_comment(line, folder);
+        if !word.is_empty() {
+            let at = |e: CommandError| CommandError::usage(format!("{}:{}: {}", list.display(), n + 1, e.reason()));
+            found.extend(of_word(folder, word).map_err(at)?);
+        }
+    }
+    Ok(found)
+}
+
+/// A line without its comment, from `#` at its beginning or behind a space, unless a file has the line as its name.
+fn without_comment<'a>(line: &'a str, folder: &Path) -> &'a str {
+    let line = line.trim();
+    let comment =
+        line.match_indices('#').find(|(at, _)| line[..*at].chars().next_back().is_none_or(char::is_whitespace));
+    match comment {
+        Some((at, _)) if at == 0 || !folder.join(line).exists() => line[..at].trim_end(),
+        _ => line,
+    }
 }
 
 /// The order of names for people: `scan_9` before `scan_10`.
@@ -129,7 +150,11 @@ mod tests {
         for name in ["b2.ply", "b10.ply", "notes.txt.bak", "c.xyz"] {
             std::fs::write(at(name), "x").unwrap();
         }
-        std::fs::write(at("list.txt.names"), "# these\nb10.ply\n\nabsent.ply\n").unwrap();
+        std::fs::write(at("list.txt.names"), "# these\nb10.ply # the second\n\nabsent.ply\n").unwrap();
+        std::fs::create_dir(at("day [1]")).unwrap();
+        std::fs::write(at("day [1]/e #1.ply"), "x").unwrap();
+        std::fs::write(at("day [1]/list.names"), "e #1.ply\n  ../b?.ply  \n../day [1] # all\n").unwrap();
+        std::fs::write(at("wrong.names"), "c.xyz\n\nz*.ply\n").unwrap();
         let names = |found: Vec<PathBuf>| -> Vec<String> {
             found.iter().map(|p| p.file_name().unwrap().to_string_lossy().into_owned()).collect()
         };
@@ -138,6 +163,10 @@ mod tests {
         assert_eq!(names(all), ["b2.ply", "b10.ply", "c.xyz"]);
         let some = scans(&[at("c.xyz"), at("b*.ply")], &[at("list.txt.names")], &out).unwrap();
         assert_eq!(names(some), ["c.xyz", "b2.ply", "b10.ply", "absent.ply"]);
+        let relative = scans(&[], &[at("day [1]/list.names")], &out).unwrap();
+        assert_eq!(names(relative), ["e #1.ply", "b2.ply"]);
+        let wrong = scans(&[], &[at("wrong.names")], &out).unwrap_err().reason();
+        assert!(wrong.ends_with("wrong.names:3: z*.ply: no file has a name of this pattern"), "{wrong}");
         assert!(scans(&[at("z*.ply")], &[], &out).unwrap_err().reason().contains("no file has a name"));
         assert!(
             scans(&[folder.path().to_owned()], &[], folder.path()).unwrap_err().reason().contains("among the scans")

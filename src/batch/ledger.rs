@@ -54,5 +54,5 @@ pub(super) fn row(plan: &Plan<'_>, scan: &Scan, time: String, begun: Instant, ou
 pub(super) fn keep_without_result(plan: &Plan<'_>, scan: &Scan, row: &Row) -> Result<(), CommandError> {
     let folder = outputs::begin(&folder_of(plan, scan))?;
     json::write(&folder.path().join(ROW), row).map_err(|e| outputs::failed_write(&folder, e))?;
-    folder.finish(None).map_err(CommandError::failed)
+    folder.finish(None).map_err(outputs::unwritable)
 }

@@ -11,7 +11,6 @@ use crate::cli::BatchArgs;
 use crate::error::CommandError;
 use crate::{interrupt, outputs, record};
 pub(crate) use crew::{Job, jobs, work_job};
-use gml_compiler::number::plain;
 use gml_runtime::export::image;
 use gml_runtime::export::measurement::DISTANCES;
 use gml_runtime::export::population::{PAGE, PopulationDocuments, SCANS};
@@ -69,10 +68,7 @@ fn document(plan: &Plan<'_>, rows: &[Row]) -> Result<Summary, CommandError> {
     let model = program.name().to_owned();
     let mut summary = Summary::of(&model, rows, &placing, movements.as_ref());
     if let Some(device) = plan.args.variance.device_uncertainty.filter(|device| *device > 0.0) {
-        summary.warnings.push(format!(
-            "the uncertainty of the scanner, {} mm, is one that all scans share: means may be off by it, and no interval here has it",
-            plain(device)
-        ));
+        summary = summary.with_device_uncertainty(device);
     }
     let map = shared_deviations(&plan.args.output, rows, &mut summary.warnings);
     let origin = format!("Made by {} on {}.", plan.record.tool, plan.record.time);

@@ -201,11 +201,15 @@ fn stem(path: &Path) -> String {
     plain(if stem.is_empty() { name } else { stem })
 }
 
+/// The most bytes of a name's plain text: two of them, as of a folder and a file, are a name that file systems take, of
+/// 255 bytes.
+const NAME_BYTES: usize = 120;
+
 /// A name that all file systems take, and that is no hidden file.
 fn plain(name: &str) -> String {
     let is_plain = |c: char| c.is_alphanumeric() || "-_+.,() ".contains(c);
-    let plain: String = name.chars().map(|c| if is_plain(c) { c } else { '_' }).take(120).collect();
-    let plain = plain.trim().trim_start_matches('.').trim_end_matches('.');
+    let plain: String = name.chars().map(|c| if is_plain(c) { c } else { '_' }).collect();
+    let plain = plain[..plain.floor_char_boundary(NAME_BYTES)].trim().trim_start_matches('.').trim_end_matches('.');
     if plain.is_empty() { "scan".to_owned() } else { plain.to_owned() }
 }
 
@@ -220,5 +224,6 @@ mod tests {
         let names = names(&paths.map(PathBuf::from));
         assert_eq!(names, ["a-x", "b-x", "a-y", "b-Y", "z", "ply", "we_ird_", "d-k~1", "d-k~2"]);
         assert_eq!(stem(Path::new("scans/part.xyz.gz")), "part");
+        assert_eq!(plain(&"器".repeat(100)).len(), NAME_BYTES);
     }
 }

@@ -63,10 +63,14 @@ fn quantity(series: &Series) -> Vec<String> {
     match &series.effects {
         Some(effects) => {
             let [low, high] = effects.between_interval;
-            cells.push(shown(effects.mean));
-            cells.push(shown(0.5 * (effects.mean_interval[1] - effects.mean_interval[0])));
-            cells.push(shown(effects.between));
-            cells.push(format!("{} to {}", shown(low), shown(high)));
+            // Intervals are of two standard deviations on both sides.
+            let of_mean = 0.5 * (effects.mean_interval[1] - effects.mean_interval[0]);
+            let by = |x: f64, half: f64| table::rounded(x * factor, Some(0.5 * half * factor));
+            let between = |x: f64| by(x, 0.5 * (high - low));
+            cells.push(by(effects.mean, of_mean));
+            cells.push(by(of_mean, of_mean));
+            cells.push(between(effects.between));
+            cells.push(format!("{} to {}", between(low), between(high)));
             cells.push(shown(effects.measurement));
         }
         None => {

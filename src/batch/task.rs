@@ -43,13 +43,15 @@ pub(super) fn inspect(
         let inspected = documented(plan, scan, previous, &folder, progress)?;
         let row = ledger::row(plan, scan, time.clone(), begun, Outcome::Inspected(Box::new(inspected)));
         json::write(&folder.path().join(ROW), &row).map_err(|e| outputs::failed_write(&folder, e))?;
-        folder.finish(None).map_err(CommandError::failed)?;
+        folder.finish(None).map_err(outputs::unwritable)?;
         Ok(row)
     };
     // One scan must not end the work on all others, whatever is wrong.
     match catch_unwind(AssertUnwindSafe(work)) {
         _ if progress.cancelled() => Ok(None),
         Ok(Ok(row)) => Ok(Some(row)),
+        // That is not the scan's fault: on a full disk, all others would have no result either.
+        Ok(Err(error @ CommandError::Unwritable(_))) => Err(error),
         Ok(Err(error)) => failed(error.reason()),
         Err(_) => failed("an error in gmlc itself; its message is above".to_owned()),
     }

@@ -44,7 +44,8 @@ pub(crate) struct BatchArgs {
     /// Scans, folders of scans, and patterns such as 'scans/*.ply': each file is one object
     #[arg(value_name = "SCAN", required_unless_present = "list")]
     pub(crate) scans: Vec<PathBuf>,
-    /// A text with the path of a scan on each line, relative to the text's folder (may be repeated)
+    /// A text with a scan, folder or pattern on each line, relative to the text's folder; # begins a comment (may be
+    /// repeated)
     #[arg(long, value_name = "FILE.txt")]
     pub(crate) list: Vec<PathBuf>,
     #[command(flatten)]

@@ -8,6 +8,7 @@ mod error;
 mod model;
 mod work;
 
+pub use crate::values::positive_length;
 pub use batch::{BatchJobs, batch_jobs, batch_work};
 pub use error::{EmbeddedError, ErrorKind};
 pub use model::Model;

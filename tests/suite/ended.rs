@@ -159,6 +159,21 @@ fn a_disk_that_is_full_at_any_write_leaves_the_earlier_result() {
     }
 }
 
+/// A batch ends there, and no scan is said to have no result.
+#[test]
+fn a_batch_goes_on_when_there_is_room_again() {
+    let folder = crate::batch::tins(3, false);
+    let at = folder.path();
+    let args = words("batch tin.gml scans -o out --documents figures --resolution 128 --jobs 1", "-q");
+    let output = with_limit(at, 4, false, &args);
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(said.contains("larger than the system allows") && !said.contains("no result"), "{said}");
+    gmlc(at, &args);
+    let table = fs::read_to_string(at.join("out/table.csv")).expect("a table");
+    assert_eq!((table.lines().count(), table.matches("inspected").count()), (4, 3), "{table}");
+}
+
 /// The same of outputs that are single files.
 #[test]
 fn a_disk_that_is_full_leaves_the_earlier_file() {

@@ -10,6 +10,13 @@ Lengths are in millimetres and angles in radians, unless a text says another uni
 those of the command ``gmlc`` with underscores instead of dashes: ``gmlc.fit(model, scan, loss="huber", unit="m")``.
 """
 
+import os as _os
+
+# A layer of Vulkan's prints an error on machines without a display, unless it is told that there is nothing to choose
+# there: gmlc chooses the graphics card itself.
+if not {"XDG_RUNTIME_DIR", "MESA_VK_DEVICE_SELECT"} & _os.environ.keys():
+    _os.environ["NODEVICE_SELECT"] = "1"
+
 from ._dask import batch_jobs, batch_work
 from ._fit import Fit, Parameter, deviations, fit, inspect, Deviations, Inspection
 from ._gmlc import Error, FitError, Interrupted, ScriptError, UsageError

@@ -87,6 +87,8 @@ def main(words: list[str]) -> int:
         print(f"error: {error}", file=sys.stderr)
         return 2 if isinstance(error, _gmlc.UsageError) else 1
     quiet = "-q" in local or "--quiet" in local
+    if done and not quiet:
+        print(f"{done} of {total} scans are done", file=sys.stderr)
     if jobs:
         try:
             client = Client(address, timeout=10)

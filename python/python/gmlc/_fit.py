@@ -180,8 +180,7 @@ def fit(
     reading, fitting = _options.words(options, _options.READING, _options.FITTING, units=model._units)
     scans = _scans(scan, reading, options, progress)
     earlier = None if start is None else start.to_json()
-    text, _ = _gmlc.fit(model._program, [one._inner for one in scans], fitting, earlier, progress)
-    return Fit(text, model)
+    return Fit(_gmlc.fit(model._program, [one._inner for one in scans], fitting, earlier, progress), model)
 
 
 class Deviations:

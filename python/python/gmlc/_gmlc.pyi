@@ -72,7 +72,7 @@ class Program:
         cotangents: NDArray[np.float64],
     ) -> NDArray[np.float64]: ...
     def mesh(
-        self, x: NDArray[np.float64], chord: float | None
+        self, x: NDArray[np.float64], chord: str | None
     ) -> tuple[NDArray[np.float64], NDArray[np.uint32], NDArray[np.uint32]]: ...
 
 @final
@@ -135,7 +135,7 @@ def fit(
     words: Sequence[str],
     earlier: str | None = None,
     progress: _Progress | None = None,
-) -> tuple[str, str | None]: ...
+) -> str: ...
 def shortcoming(json: str) -> str | None: ...
 def measure(
     program: Program, fit: str, scan: Scan, words: Sequence[str], progress: _Progress | None = None

@@ -173,9 +173,10 @@ class At:
         c = np.ascontiguousarray(cotangents, dtype=np.float64).reshape(-1, 3)
         return self.model._program.pullback(self.x, self._part(part), a, b, c)
 
-    def mesh(self, chord: float | None = None) -> Mesh:
-        """The surface as triangles, at most ``chord`` millimetres from it."""
-        return Mesh(*self.model._program.mesh(self.x, chord), self.model.parts)
+    def mesh(self, chord: float | str | None = None) -> Mesh:
+        """The surface as triangles, at most ``chord`` (millimetres, or a text such as ``"0.1mm"``) from it."""
+        text = None if chord is None else _options.length(chord)
+        return Mesh(*self.model._program.mesh(self.x, text), self.model.parts)
 
 
 @dataclass(frozen=True)

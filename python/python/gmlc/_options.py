@@ -74,6 +74,11 @@ def _text(value: Any, unit: str = "") -> str:
     return f"{float(value)!r}{unit}" if isinstance(value, (float, np.floating)) else str(value)
 
 
+def length(value: Any) -> str:
+    """A length as the command has it: numbers in millimetres."""
+    return _text(value, _UNITS["LENGTH"])
+
+
 def pairs(values: Mapping[str, Any], units: Mapping[str, str]) -> list[tuple[str, str]]:
     """Values of parameters as the command has them; plain numbers are in millimetres and radians."""
     return [(name, _text(value if isinstance(value, str) else float(value), units.get(name, ""))) for name, value in values.items()]

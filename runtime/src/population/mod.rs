@@ -32,7 +32,7 @@ pub use deviation_map::{BY_CHANCE, DeviationMap, MapError};
 pub use layout::CommonTexture;
 pub use normality::Normality;
 pub use outlying::{Outlying, outlying};
-pub use random_effects::RandomEffects;
+pub use random_effects::{DIFFERENT, RandomEffects};
 pub use row::{Inspected, Measured, Outcome, PartRow, Row, SCHEMA};
 pub use summary::{Quantities, Series, Summary};
 pub use variation::{Contribution, Movements, Variation};

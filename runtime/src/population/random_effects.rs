@@ -9,7 +9,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF, Normal, StudentsT};
 const IMPROBABLE: f64 = 0.01;
 
 /// Objects are taken for different where equal ones would have such values in fewer of so many populations.
-const DIFFERENT: f64 = 0.01;
+pub const DIFFERENT: f64 = 0.01;
 
 /// Halvings of an interval: more than a double has digits.
 const HALVINGS: usize = 200;
@@ -89,12 +89,13 @@ impl RandomEffects {
 }
 
 impl RandomEffects {
-    /// The same with errors that scans may share: a standard deviation.
+    /// The same with a further error that scans may share: a standard deviation.
     #[must_use]
     pub fn with_shared(self, shared: f64) -> Self {
         let [low, high] = self.mean_interval;
         let reach = Normal::standard().inverse_cdf(0.5 + COVERAGE / 2.0) * shared;
         let half = (0.5 * (high - low)).hypot(reach);
+        let shared = self.shared.hypot(shared);
         Self { shared, mean_interval: [self.mean - half, self.mean + half], ..self }
     }
 

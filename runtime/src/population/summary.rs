@@ -7,6 +7,7 @@ use super::outlying::{Outlying, outlying};
 use super::random_effects::RandomEffects;
 use super::row::{Inspected, Measured, PartRow, Row, SCHEMA};
 use super::variation::{Movements, Variation};
+use gml_compiler::number::plain;
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
@@ -133,6 +134,22 @@ impl Summary {
         }
     }
 
+    /// The same with the uncertainty of the scanner, which all scans share, in the intervals of the means of lengths.
+    /// Millimetres.
+    #[must_use]
+    pub fn with_device_uncertainty(mut self, device: f64) -> Self {
+        for effects in self.series.iter_mut().filter(|s| s.unit == "mm").filter_map(|s| s.effects.as_mut()) {
+            *effects = effects.with_shared(device);
+        }
+        if self.series.iter().any(|s| s.capability.is_some()) {
+            self.warnings.push(format!(
+                "the uncertainty of the scanner, {} mm, is in the intervals of means; indices of capability are without it",
+                plain(device)
+            ));
+        }
+        self
+    }
+
     /// The series of parameters, of measures, or of parts.
     pub fn of_kind(&self, of: Quantities) -> impl Iterator<Item = &Series> {
         self.series.iter().filter(move |series| series.of == of)
@@ -188,15 +205,18 @@ fn measured(
     series.evaluated(noise.as_deref())
 }
 
-/// The figure of a part that holds the noise of the scan.
-const RMS: &str = "rms";
+/// The figure of a part that holds the noise of the scan: the 95th percentile of the unsigned distances. Single stray
+/// points move it little, and a root mean square by many times its spread between objects.
+const P95: &str = "p95";
+/// That percentile of noise alone, in its standard deviations: the 97.5th of a normal distribution.
+const P95_OF_NOISE: f64 = 1.959_964;
 
 /// A figure of a part.
 type Figure = fn(&PartRow) -> Option<f64>;
 
-/// The series of the mean and of the root mean square deviation of a part.
+/// The series of the mean deviation of a part, and of the 95th percentile of its unsigned deviations.
 fn of_part(sound: &[(usize, &Inspected)], name: &str) -> [Series; 2] {
-    let figures: [(&str, Figure); 2] = [("mean", |part| part.mean), (RMS, |part| part.rms)];
+    let figures: [(&str, Figure); 2] = [("mean", |part| part.mean), (P95, |part| part.p95)];
     figures.map(|(figure, value)| {
         let of = |i: &Inspected| i.parts.iter().find(|part| part.name == name).and_then(value);
         let with: Vec<(usize, f64)> = sound.iter().filter_map(|(row, i)| Some((*row, of(i)?))).collect();
@@ -248,11 +268,13 @@ impl Series {
         self.effects.is_some_and(|effects| effects.shows_difference())
     }
 
-    /// What a measurement may add to each value. Root mean squares hold the noise of the scan, up to all of it.
+    /// What a measurement may add to each value. Percentiles of unsigned deviations hold the noise of the scan, up to
+    /// all of it.
     fn measurement(&self, rows: &[Row]) -> Vec<Option<f64>> {
-        let is_rms = self.of == Quantities::Part && self.name.ends_with(RMS);
+        let is_unsigned = self.of == Quantities::Part && self.name.ends_with(P95);
         let of = |((row, value), sd): ((&usize, &f64), &Option<f64>)| {
-            let noise = rows.get(*row).and_then(Row::inspected).map(|i| i.noise).filter(|n| is_rms && n.is_finite());
+            let noise = rows.get(*row).and_then(Row::inspected).map(|i| P95_OF_NOISE * i.noise);
+            let noise = noise.filter(|noise| is_unsigned && noise.is_finite());
             noise.map(|noise| value - (value * value - noise * noise).max(0.0).sqrt()).or(*sd)
         };
         self.rows.iter().zip(&self.values).zip(&self.sds).map(of).collect()

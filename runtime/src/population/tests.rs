@@ -278,14 +278,23 @@ fn errors_that_all_objects_share_do_not_hide_their_spread() {
     };
     let of = |noise_sd, random: &mut ChaCha8Rng| {
         let rows: Vec<Row> = (0..40).map(|i| row(i, noise_sd, random)).collect();
-        let summary = Summary::of("m", &rows, &[], None);
-        summary.series[0].clone()
+        Summary::of("m", &rows, &[], None)
+    };
+    let by_scanner = |summary: &Summary| {
+        // The scanner's uncertainty is in the interval of the mean, and neither in the mean nor in the spread.
+        let with = summary.clone().with_device_uncertainty(0.3).series[0].effects.unwrap();
+        let without = summary.series[0].effects.unwrap();
+        let half = |e: &RandomEffects| 0.5 * (e.mean_interval[1] - e.mean_interval[0]);
+        assert!((half(&with) - half(&without).hypot(1.96 * 0.3)).abs() < 1e-4, "{with:?} {without:?}");
+        assert_eq!((with.mean, with.between_interval), (without.mean, without.between_interval));
     };
     let told = of(Some(0.01), &mut random);
+    by_scanner(&told);
+    let told = &told.series[0];
     let effects = told.effects.unwrap();
     assert!(told.by_noise && effects.overstated && told.notes[0].contains("share"), "{told:?}");
     assert!(effects.between_interval[0] < 0.05 && 0.05 < effects.between_interval[1], "{effects:?}");
-    let bounded = of(None, &mut random).effects.unwrap();
+    let bounded = of(None, &mut random).series[0].effects.unwrap();
     assert!(bounded.between.is_nan() && bounded.between_interval[0] == 0.0, "{bounded:?}");
     assert!((0.05..0.1).contains(&bounded.between_interval[1]), "{bounded:?}");
 }

@@ -1,6 +1,7 @@
 //! The run chart of a quantity.
 
 use crate::export::escape::escape;
+use crate::export::report::rounding::decimals;
 use crate::population::Series;
 use std::fmt::Write;
 
@@ -108,11 +109,30 @@ fn range(series: &Series) -> Option<[f64; 2]> {
     }
 }
 
-/// A figure with six significant digits.
+/// A figure and its interval of 95 %, with the decimals that these leave.
+pub(super) fn with_interval(x: f64, [low, high]: [f64; 2]) -> [String; 2] {
+    // Half of it is two standard deviations.
+    let shown = |x: f64| match decimals(0.25 * (high - low)) {
+        Some(decimals) if x.is_finite() => format!("{x:.decimals$}"),
+        _ => figure(x),
+    };
+    [shown(x), format!("{} to {}", shown(low), shown(high))]
+}
+
+/// A value of which no uncertainty is known, with six significant digits.
 pub(super) fn figure(x: f64) -> String {
+    significant(x, 6)
+}
+
+/// A standard deviation, or another size of deviations, with three: of a thousand objects it is known to 2 %.
+pub(super) fn spread(x: f64) -> String {
+    significant(x, 3)
+}
+
+fn significant(x: f64, digits: i32) -> String {
     if !x.is_finite() {
         return "-".to_owned();
     }
-    let digits = if x == 0.0 { 0 } else { (5 - x.abs().log10().floor() as i32).clamp(0, 9) };
+    let digits = if x == 0.0 { 0 } else { (digits - 1 - x.abs().log10().floor() as i32).clamp(0, 9) };
     format!("{x:.*}", digits as usize)
 }

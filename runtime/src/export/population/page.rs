@@ -1,12 +1,12 @@
 //! The page of many inspections.
 
-use super::chart::{figure, run_chart};
+use super::chart::{figure, run_chart, spread, with_interval};
 use super::maps::{self, MapDocuments};
 use super::{PARQUET, PopulationDocuments, SCANS, TABLE};
 use crate::export::escape::escape;
 use crate::export::folder::REPORT;
 use crate::export::views::OVERVIEW;
-use crate::population::{Capability, Index, Outcome, Quantities, Row, Series, Signal, Summary};
+use crate::population::{Capability, DIFFERENT, Index, Outcome, Quantities, Row, Series, Signal, Summary};
 use crate::robust::median;
 use std::fmt::Write;
 use std::path::Path;
@@ -28,7 +28,7 @@ pub(super) fn page(documents: &PopulationDocuments<'_>, maps: Option<&MapDocumen
     let sections = [
         facts(summary, documents.origin),
         warnings(summary),
-        outlying(summary, &name),
+        outlying(summary, documents.rows, folder),
         map_section(maps, documents.rows),
         variation(summary),
         quantities(summary, &name),
@@ -101,13 +101,13 @@ fn unit(series: &Series) -> (f64, String) {
     }
 }
 
-fn outlying(summary: &Summary, name: &dyn Fn(usize) -> String) -> String {
+fn outlying(summary: &Summary, rows: &[Row], folder: &Path) -> String {
     let row = |o: &crate::population::Outlying| {
         let series = summary.series.iter().find(|s| s.name == o.quantity);
         let (factor, unit) = series.map_or((1.0, String::new()), unit);
         let quantity = escape(&o.quantity);
         vec![
-            link(&name(o.row)),
+            rows.get(o.row).map_or_else(String::new, |row| linked(row, folder)),
             quantity,
             format!("{} {unit}", figure(o.value * factor)),
             format!("{} {unit}", figure(o.median * factor)),
@@ -131,7 +131,7 @@ fn outlying(summary: &Summary, name: &dyn Fn(usize) -> String) -> String {
 fn map_section(maps: Option<&MapDocuments<'_>>, rows: &[Row]) -> String {
     let Some(maps) = maps else { return String::new() };
     let of_part =
-        |(name, [mean, rms, sd]): &(String, [f64; 3])| vec![escape(name), figure(*mean), figure(*rms), figure(*sd)];
+        |(name, [mean, rms, sd]): &(String, [f64; 3])| vec![escape(name), spread(*mean), spread(*rms), spread(*sd)];
     let parts: Vec<Vec<String>> = maps.parts.iter().filter(|(_, [mean, ..])| mean.is_finite()).map(of_part).collect();
     let objects = maps.objects;
     let mut noises: Vec<f64> = rows.iter().filter_map(|row| Some(row.sound()?.noise)).filter(|n| *n > 0.0).collect();
@@ -148,7 +148,7 @@ fn map_section(maps: Option<&MapDocuments<'_>>, rows: &[Row]) -> String {
          (<a href=\"{}\">{}</a>)</figcaption></figure>\n\
          <figure><img alt=\"Standard deviation of the deviations on the texture\" src=\"{}\"><figcaption>Standard deviation \
          of all objects, noise of the scans included (<a href=\"{}\">{}</a>)</figcaption></figure>\n</div>\n{}",
-        noise.map_or_else(String::new, |noise| format!(" (of single points {} mm)", figure(noise))),
+        noise.map_or_else(String::new, |noise| format!(" (of single points {} mm)", spread(noise))),
         100.0 * maps.clear,
         100.0 * crate::population::BY_CHANCE,
         maps::VIEWS,
@@ -171,10 +171,10 @@ fn variation(summary: &Summary) -> String {
         let (factor, unit) = series.map_or((1.0, String::new()), unit);
         vec![
             escape(&c.name),
-            format!("{} {unit}", figure(c.between * factor)),
-            figure(c.movement),
+            format!("{} {unit}", spread(c.between * factor)),
+            spread(c.movement),
             format!("{:.1} %", 100.0 * c.share),
-            format!("{} {unit}", figure(c.principal * factor)),
+            format!("{} {unit}", spread(c.principal * factor)),
         ]
     };
     let rows: Vec<Vec<String>> = variation.contributions.iter().map(row).collect();
@@ -183,9 +183,9 @@ fn variation(summary: &Summary) -> String {
         "<p class=\"convention\">Most of what differs between {} objects is by <b>{first}</b>. The surface moves by {} mm (root \
          mean square, along its normal) as the parameters vary together, without the uncertainty of measurement; {:.0} % of its \
          square is along one direction, the last column. Parameters are here only if the scans show that objects differ in \
-         them (p below 0.01).</p>\n{}",
+         them (p below {DIFFERENT}).</p>\n{}",
         variation.count,
-        figure(variation.movement),
+        spread(variation.movement),
         100.0 * variation.principal_share,
         table(
             &["Parameter", "SD between objects", "Movement of the surface, mm", "Share", "Along the main direction"],
@@ -215,12 +215,14 @@ fn quantities(summary: &Summary, name: &dyn Fn(usize) -> String) -> String {
                 ]
             },
             |e| {
+                let [mean, of_mean] = with_interval(e.mean * factor, e.mean_interval.map(|x| x * factor));
+                let [between, of_between] = with_interval(e.between * factor, e.between_interval.map(|x| x * factor));
                 vec![
-                    figure(e.mean * factor),
-                    interval(e.mean_interval, factor),
-                    figure(e.between * factor),
-                    interval(e.between_interval, factor),
-                    figure(e.measurement * factor),
+                    mean,
+                    of_mean,
+                    between,
+                    of_between,
+                    spread(e.measurement * factor),
                     if e.p_equal < 1e-6 { "below 1e-6".to_owned() } else { format!("{:.2e}", e.p_equal) },
                 ]
             },
@@ -245,7 +247,8 @@ fn quantities(summary: &Summary, name: &dyn Fn(usize) -> String) -> String {
     let charts: String = series.iter().map(|s| chart(s, name)).collect();
     let hint = "<p class=\"convention\">The standard deviation between objects is without that of measurement (random effects, \
                 restricted maximum likelihood). The interval of the mean holds what the errors of all fits may have in common, \
-                which is not averaged out: what they have beyond the noise of single points. In the charts bars are two standard deviations of measurement, limits three \
+                which is not averaged out: what they have beyond the noise of single points, and the scanner's uncertainty where it is \
+                given. In the charts bars are two standard deviations of measurement, limits three \
                 standard deviations by moving ranges, and rings what a process without special causes hardly shows.</p>\n";
     section("Parameters and measures", &(table(&head, &rows) + hint + &charts))
 }
@@ -329,7 +332,7 @@ fn correlations(summary: &Summary) -> String {
     let content = format!(
         "<p class=\"convention\">Of {pairs} pairs {} have an interval without zero; by chance alone about {:.0} would. Where \
          values vary by little more than their errors, they correlate as the errors do. Between objects r is given where \
-         these differ in both (p below 0.01). Of quantities that are the same but for a factor, one is here.</p>\n{}",
+         these differ in both (p below {DIFFERENT}). Of quantities that are the same but for a factor, one is here.</p>\n{}",
         clear.count(),
         0.05 * pairs as f64,
         table(&["Pair", "r", "its interval", "r of the errors", "r between objects", "Scans"], &rows)
@@ -345,10 +348,15 @@ fn parts(summary: &Summary, name: &dyn Fn(usize) -> String) -> String {
     section("Deviations by part", &format!("<details><summary>Run charts</summary>\n{charts}</details>\n"))
 }
 
-/// A link to the results of a scan.
-fn link(name: &str) -> String {
-    let name = escape(name);
-    format!("<a href=\"{SCANS}/{0}/{REPORT}\">{name}</a>", address(&name))
+/// The name of a scan, with a link to its report if it has one.
+fn linked(row: &Row, folder: &Path) -> String {
+    let name = escape(&row.name);
+    if has(row, REPORT, folder) { format!("<a href=\"{SCANS}/{0}/{REPORT}\">{name}</a>", address(&name)) } else { name }
+}
+
+/// Whether a scan has a file among its results.
+fn has(row: &Row, file: &str, folder: &Path) -> bool {
+    folder.join(SCANS).join(&row.name).join(file).is_file()
 }
 
 /// A name in an address.
@@ -357,16 +365,15 @@ fn address(name: &str) -> String {
 }
 
 fn scans(rows: &[Row], folder: &Path) -> String {
-    let is_there = |row: &Row, file: &str| folder.join(SCANS).join(&row.name).join(file).is_file();
     let failed = |row: &Row| row.failure().is_some();
     let card = |row: &Row| {
-        let picture = if is_there(row, OVERVIEW) {
+        let picture = if has(row, OVERVIEW, folder) {
             let name = address(&escape(&row.name));
             format!("<img loading=\"lazy\" alt=\"\" src=\"{SCANS}/{name}/{OVERVIEW}\">")
         } else {
             String::new()
         };
-        let name = if is_there(row, REPORT) { link(&row.name) } else { escape(&row.name) };
+        let name = linked(row, folder);
         let said = match &row.outcome {
             Outcome::Failed { reason } => format!("<span class=\"failure\">{}</span>", escape(reason)),
             Outcome::Copy { of } => format!("the same file as {}", escape(of)),

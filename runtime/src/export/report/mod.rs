@@ -9,7 +9,7 @@ mod measures;
 mod origin;
 mod pack;
 mod relations;
-mod rounding;
+pub(in crate::export) mod rounding;
 mod scanned;
 mod spread;
 mod summary;

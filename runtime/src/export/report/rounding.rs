@@ -21,6 +21,11 @@ fn last_digit(sd: f64) -> Option<(f64, usize)> {
     Some((10f64.powi(place), (-place).clamp(0, DECIMALS) as usize))
 }
 
+/// The decimals of a figure with this uncertainty; none if that is not known.
+pub(in crate::export) fn decimals(sd: f64) -> Option<usize> {
+    last_digit(sd).map(|(_, decimals)| decimals)
+}
+
 /// `20.25 ± 0.06`; the value alone, with the digits of any other figure, if nothing is known of its uncertainty.
 pub(super) fn with_uncertainty(value: f64, sd: Option<f64>) -> String {
     match (value.is_finite(), sd, sd.and_then(last_digit)) {
