@@ -140,7 +140,8 @@ def test_inspections_are_folders(scan, tin, tmp_path):
 def test_results_show_themselves(fit, scan):
     page = fit._repr_html_()
     assert "20.3" in page and "width" in page
-    assert "wall" in gmlc.deviations(fit, scan, resolution=64, tolerance="0.3mm")._repr_html_()
+    shown = gmlc.deviations(fit, scan, resolution=64, tolerance="0.3mm")._repr_html_()
+    assert "wall" in shown and "39.4 to 40.6" in shown
     bad = gmlc.Fit(fit.to_json().replace('"converged":true', '"converged":false'))
     assert bad.shortcoming and "not to be relied on" in bad._repr_html_()
 

@@ -21,8 +21,20 @@ def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     return f"<table><thead><tr>{cells}</tr></thead><tbody>{body}</tbody></table>"
 
 
-def _number(x: float | None) -> str:
-    return "" if x is None or not math.isfinite(x) else f"{x:.6g}"
+def _number(x: float | None, digits: int = 6) -> str:
+    return "" if x is None or not math.isfinite(x) else f"{x:.{digits}g}"
+
+
+def _pair(value: float | None, sd: float | None) -> tuple[str, str]:
+    """A value with the decimals that leave two digits of its standard deviation, and that."""
+    if value is None or sd is None or not (math.isfinite(value) and 0 < sd < math.inf):
+        return _number(value), _number(sd, 2)
+    decimals = min(9, max(0, 1 - math.floor(math.log10(sd))))
+    return f"{value:.{decimals}f}", f"{sd:.{decimals}f}"
+
+
+def _verdict(outcome: str) -> str:
+    return escape(outcome) if outcome in ("", "conforms") else _bad(outcome)
 
 
 def _bad(text: str) -> str:
@@ -45,8 +57,8 @@ def model(model: Model) -> str:
 
 def fit(fit: Fit) -> str:
     def row(p: Any) -> tuple[str, ...]:
-        sd = _number(p.sd) if p.sd is not None else escape(p.without_sd or "")
-        return (escape(p.name), _number(p.value), sd, p.unit)
+        value, sd = _pair(p.value, p.sd)
+        return (escape(p.name), value, sd or escape(p.without_sd or ""), p.unit)
 
     rows = [row(p) for p in fit.values()] + [row(m) for m in fit.measures.values()]
     doubt = _bad(f"not to be relied on: {fit.shortcoming}") if fit.shortcoming else ""
@@ -57,17 +69,24 @@ def fit(fit: Fit) -> str:
 def deviations(deviations: Deviations) -> str:
     report = deviations.report
 
-    def row(name: str, part: dict[str, Any]) -> tuple[str, ...]:
-        percentiles = part["percentiles"]
-        verdict = (part.get("verdict") or {}).get("outcome", "")
-        figures = (part["signed"]["mean"], part["rms"], percentiles["p95"], part["max"])
-        return (escape(name), f"{100 * part['coverage']:.1f} %", *(_number(x) for x in figures), escape(verdict))
+    def row(name: str, part: dict[str, Any], verdict: str) -> tuple[str, ...]:
+        figures = (part["signed"]["mean"], part["rms"], part["percentiles"]["p95"], part["max"])
+        shown = (_number(x, 3) for x in figures)
+        return (escape(name), f"{100 * part['coverage']:.1f} %", *shown, _verdict(verdict))
 
-    rows = [row("all", report)] + [row(part["name"], part) for part in report["parts"]]
-    head = ["part", "coverage", "mean mm", "rms mm", "95 % mm", "max mm", "verdict"]
-    verdict = deviations.verdict
-    shown = "" if verdict is None else (escape(verdict) if verdict == "conforms" else _bad(verdict))
-    return f"<b>{shown}</b>{_table(head, rows)}{_warnings(deviations.warnings)}"
+    def measure(m: dict[str, Any]) -> tuple[str, ...]:
+        value, uncertainty = _pair(m["value"], m["uncertainty"])
+        allowed = f"{_number(m['nominal'] + m['lower'])} to {_number(m['nominal'] + m['upper'])}"
+        return (escape(m["name"]), value, uncertainty, m["unit"], allowed, _verdict(m["outcome"]))
+
+    # The verdict on everything is that above: it is of parts and of measures.
+    rows = [row("all", report, "")]
+    rows += [row(part["name"], part, (part.get("verdict") or {}).get("outcome", "")) for part in report["parts"]]
+    tables = _table(["part", "coverage", "mean mm", "rms mm", "95 % mm", "max mm", "verdict"], rows)
+    if report.get("measures"):
+        head = ["measure", "value", "uncertainty", "unit", "allowed", "verdict"]
+        tables += _table(head, [measure(m) for m in report["measures"]])
+    return f"<b>{_verdict(deviations.verdict or '')}</b>{tables}{_warnings(deviations.warnings)}"
 
 
 def inspection(inspection: Inspection) -> str:
