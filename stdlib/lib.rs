@@ -8,6 +8,7 @@ pub const MODULES: &[(&str, &str)] = &[
     ("std.frame", include_str!("frame.gml")),
     ("std.curve", include_str!("curve.gml")),
     ("std.polyline", include_str!("polyline.gml")),
+    ("std.path", include_str!("path.gml")),
     ("std.spline", include_str!("spline.gml")),
     ("std.measure", include_str!("measure.gml")),
     ("std.offset", include_str!("offset.gml")),
@@ -15,5 +16,7 @@ pub const MODULES: &[(&str, &str)] = &[
     ("std.sweep", include_str!("sweep.gml")),
     ("std.patch", include_str!("patch.gml")),
     ("std.solid", include_str!("solid.gml")),
+    ("std.thread", include_str!("thread.gml")),
+    ("std.gear", include_str!("gear.gml")),
     ("std.repeat", include_str!("repeat.gml")),
 ];

@@ -15,26 +15,32 @@ fn polyline(points, closed: bool = false) {
   }
 }
 
-/// Straight lines from point to point whose corners are rounded by arcs of a radius, in the plane or in space. t goes
-/// in proportion to the length. A closed one begins and ends in the middle of its first line. The radius may be 0mm;
-/// the arcs must find room on the lines, and no corner may turn back by 180deg.
+/// Straight lines from point to point whose corners are rounded by arcs of a radius, in the plane or in space; by
+/// `radii`, each point has a radius of its own, of which an open one does not use the first and the last. t goes in
+/// proportion to the length. A closed one begins and ends in the middle of its first line. A radius may be 0mm; the arcs
+/// must find room on the lines, and no corner may turn back by 180deg.
 /// ```gml
 /// let c = rounded_polyline([(0mm, 0mm), (10mm, 0mm), (10mm, 10mm)], radius: 2mm)
 /// c(0)                                              // = (0, 0) mm
 /// distance(c(0.5), (8mm, 2mm))                      // = 2 mm
 /// distance(c(1), (10mm, 10mm)) < 1e-9mm             // = true
+/// let d = rounded_polyline([(0mm, 0mm), (9mm, 0mm), (9mm, 9mm)], radii: [0mm, 3mm, 0mm])
+/// distance(d(0.5), (6mm, 3mm))                      // = 3 mm
 /// ```
-fn rounded_polyline(points, radius: length, closed: bool = false) {
+fn rounded_polyline(points, radius: length = 0mm, closed: bool = false, radii = for p in points { radius }) {
+  require len(radii) == len(points), "a rounded polyline needs a radius for each of its points"
   require len(points) > (if closed { 2 } else { 1 }),
     "a polyline needs two points at least, a closed one three"
   let p = if closed { _from_middle(points) } else { points }
   let n = len(p) - 1
+  // Those of the corners from 1 on: a closed one begins before the second point, and its first comes last.
+  let rounding = for i in 0..n + 1 { if closed { radii[i % len(points)] } else { radii[i] } }
   // Beyond the end it goes straight on, with a corner of no turn.
   let corners = concat(p, [p[n] * 2 - p[n - 1]])
   let turns = for i in 0..n + 1 { if i == 0 { 0deg } else { _turn(corners, i) } }
-  let cuts = for a in turns { radius * tan(a / 2) }
+  let cuts = for (a, r) in zip(turns, rounding) { r * tan(a / 2) }
   let straights = for i in 0..n { distance(p[i], p[i + 1]) - cuts[i] - cuts[i + 1] }
-  let arcs = for i in 0..n { radius * turns[i + 1] }
+  let arcs = for i in 0..n { rounding[i + 1] * turns[i + 1] }
   let ends = running_sums(for i in 0..n { straights[i] + arcs[i] })
   require min(straights) > -1e-9mm, "the rounded corners of the polyline do not fit on its lines"
   |t: real| {
@@ -47,7 +53,7 @@ fn rounded_polyline(points, radius: length, closed: bool = false) {
       start + along * beyond
     } else {
       let next = normalize(corners[i + 2] - corners[i + 1])
-      let a = turns[i + 1]
+      let (a, radius) = (turns[i + 1], rounding[i + 1])
       let b = a * (beyond / max(arcs[i], _tiny * 1mm))
       start
         + along * (radius * sin(b))

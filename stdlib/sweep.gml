@@ -114,6 +114,49 @@ fn _carried(path, normal, from, to) {
   reflect(reflect(normal, chord), tangent(path, to) - mirrored)
 }
 
+/// A section carried along straight lines from point to point in space, cut and joined in mitres at the corners: a
+/// surface for each line, u along the section, v along the line. The section is a curve in the plane of the normal and
+/// the binormal, as that of a sweep: the normal starts towards `up`, as far as that is at right angles to the first line,
+/// and is mirrored in each mitre. With `closed` there is a line back to the first point, and the lines lie in a plane or
+/// return with the normal that they started with. Lines must be longer than what the mitres take off the section.
+/// ```gml
+/// let ring = [(0mm, 0mm, 0mm), (9mm, 0mm, 0mm), (9mm, 9mm, 0mm), (0mm, 9mm, 0mm)]
+/// let frame = mitred_sweep(ring, rectangle(2mm, 2mm), up: (0, 0, 1), closed: true)
+/// len(frame)              // = 4
+/// frame[0](0.25, 0)       // = (-1, -1, 0) mm
+/// frame[3](0.75, 1)       // = (1, 1, 0) mm
+/// ```
+fn mitred_sweep(points, section: curve, up = perpendicular3(points[1] - points[0]), closed: bool = false) {
+  require len(points) > (if closed { 2 } else { 1 }), "a sweep needs two points at least, a closed one three"
+  let count = if closed { len(points) } else { len(points) - 1 }
+  let at = for i in 0..count + 1 { points[i % len(points)] }
+  let along = for (a, b) in pairs(at) { normalize(b - a) }
+  // The planes of the cuts, by their normals.
+  let cuts = for i in 0..count + 1 {
+    if i == 0 and not closed { along[0] }
+    else if i == count and not closed { along[count - 1] }
+    else { normalize(along[(i + count - 1) % count] + along[i % count]) }
+  }
+  let first = normalize(reject(up, along[0]))
+  require not closed or distance(_mirrored(first, cuts, count), first) < 1e-6,
+    "the lines of a closed mitred sweep must return with the normal that they started with, as those in a plane do"
+  for i in 0..count {
+    let normal = _mirrored(first, cuts, i)
+    let binormal = cross(along[i], normal)
+    |u: real, v: real| {
+      let q = section(u)
+      let beside = normal * q.x + binormal * q.y
+      let cut = |k: int| at[k] + beside - along[i] * (dot(beside, cuts[k]) / dot(along[i], cuts[k]))
+      mix(cut(i), cut(i + 1), v)
+    }
+  }
+}
+
+/// A normal of the first line, mirrored in the cuts up to the line i.
+fn _mirrored(normal, cuts, i: int) =
+  if i == 0 { normal }
+  else { reflect(_mirrored(normal, cuts, i - 1), cuts[i]) }
+
 /// A solid bar: a sweep with its ends filled, {wall, start, end}. The section is closed, runs counterclockwise, and can
 /// all be seen from its origin.
 /// ```gml

@@ -13,8 +13,14 @@ model library {
   let corners = [(a, 0mm), (1mm + bend, b), (-a, 1mm), (-b, -a)]
   let rounds = [circle(a), ellipse(a, b, (bend, 1mm)), superellipse(a, b, n), bspline(corners, closed: true),
     catmull_rom(corners, closed: true), centripetal(corners, closed: true), polyline(corners, closed: true),
-    rounded_polyline(corners, b / 4, closed: true), rectangle(a, b, 0.5mm * k), regular_polygon(5, a),
+    rounded_polyline(corners, b / 4, closed: true),
+    rounded_polyline(corners, radii: [b / 4, 0mm, b / 6, b * k / 4], closed: true), rectangle(a, b, 0.5mm * k), regular_polygon(5, a),
     rational_bezier(corners, [1, n, k, 1]), offset(circle(a), b * k)]
+  let first = line((a, 0mm), (b, b))
+  let bent = rounded_corner((a, 0mm), (a, a), (0mm, b + a), b / 8)
+  let cut = bevelled_corner((a, 0mm), (a, a), (0mm, b + a), b / 8, b / 9)
+  let onward = [line_on(first, b), arc_on(first, b, turn + 60deg), arc_to(first, (a, b * 2)), spline_to(first, (a, b * 2),
+    (k, 1), 0.9), bent.before, bent.round, bent.after, cut.before, cut.bevel, cut.after]
   let lines = [line((a, 0mm), (0mm, b)), arc((0mm, bend), a, turn, turn + 90deg), arc_through((a, 0mm), (a, b), (0mm, a)),
     bezier(corners), spiral(b, a, 1.5), reversed(bezier(corners)), segment(circle(a), 0.1, k),
     join([line((a, 0mm), (b, b)), line((b, b), (0mm, a))]), hermite((a, 0mm), (0mm, a), (0mm, b), (bend, b)),
@@ -23,6 +29,8 @@ model library {
     |t| superradius((0.1 + t) * 1rad, n) * (a, b * t)]
   part walls = for c in rounds { extrude(c, b, twist: turn, taper: k) }
   part strips = for c in lines { extrude(c, a) }
+  part pieces = for c in onward { extrude(c, a) }
+  part frame = mitred_sweep([(a, 0mm, 0mm), (0mm, b, bend), (a * 2, b, a), (b, 3 * a, 0mm)], circle(b * k / 9))
   part top = fill(circle(a), (bend, bend, b))
   part block = prism(ellipse(a, b), b, twist: turn)
 

@@ -50,6 +50,42 @@ fn curves_by_length_have_constant_speed() {
     }
 }
 
+/// Pieces of profiles begin where the one before ends, in its direction; arcs among them have one curvature.
+#[test]
+fn pieces_go_on_where_others_end() {
+    let before = "line((1mm, 2mm), (4mm, 6mm))";
+    let [u, end] = [[0.6, 0.8], [4.0, 6.0]];
+    // Ends that lie at these angles from the direction: the arc to them turns by twice as much.
+    let ahead = [0.0, 1e-6, 0.004, 0.009_999, 0.010_001, 0.3, -0.3, 1.5, -2.9].map(|angle: f64| {
+        let (sin, cos) = angle.sin_cos();
+        let to = [end[0] + 5.0 * (u[0] * cos - u[1] * sin), end[1] + 5.0 * (u[0] * sin + u[1] * cos)];
+        let piece = format!("arc_to({before}, ({}mm, {}mm))", to[0], to[1]);
+        (piece, Some(2.0 * angle.sin() / 5.0), Some(to))
+    });
+    let turned = [40.0, -90.0, 300.0]
+        .map(|angle: f64| (format!("arc_on({before}, 3mm, {angle}deg)"), Some(angle.signum() / 3.0), None));
+    let others = [
+        (format!("line_on({before}, 3mm)"), Some(0.0), Some([5.8, 8.4])),
+        (format!("spline_to({before}, (1mm, 9mm), (-1, 1), 0.8)"), None, Some([1.0, 9.0])),
+    ];
+    let t: Vec<f64> = (0..=20).map(|k| f64::from(k) / 20.0).collect();
+    for (text, bend, to) in ahead.into_iter().chain(turned).chain(others) {
+        let found = curve(&format!("|t: real| lift(({text})(t))"), &t);
+        close(found[0][0], [end[0], end[1], 0.0], 1e-12);
+        close(unit(found[0][1]), [u[0], u[1], 0.0], 1e-9);
+        if let Some([x, y]) = to {
+            close(found[20][0], [x, y, 0.0], 1e-12);
+        }
+        let Some(bend) = bend else { continue };
+        let speed = norm(found[0][1]);
+        for (f, t) in found.iter().zip(&t) {
+            assert!((norm(f[1]) / speed - 1.0).abs() < 1e-9, "{text}: at constant speed");
+            let (sin, cos) = (bend * speed * t).sin_cos();
+            close(unit(f[1]), [u[0] * cos - u[1] * sin, u[0] * sin + u[1] * cos, 0.0], 1e-9);
+        }
+    }
+}
+
 /// Each with its value and the largest relative error.
 #[test]
 fn lengths_and_areas_of_curves_with_corners() {
@@ -63,6 +99,11 @@ fn lengths_and_areas_of_curves_with_corners() {
         ("rectangle(40mm, 0.1mm)", 4.0, 1e-12),
         ("reversed(rectangle(40mm, 20mm))", -800.0, 1e-12),
         ("rectangle(40mm, 20mm, radius: 5mm)", rounded, 1e-5),
+        (
+            "rounded_polyline([(0mm, 0mm), (9mm, 0mm), (9mm, 9mm), (0mm, 9mm)], radii: [1mm, 2mm, 0mm, 3mm], closed: true)",
+            81.0 - (1.0 - PI / 4.0) * 14.0,
+            1e-5,
+        ),
         (triangle, 6.0, 1e-12),
         (stairs, 20.0 + 3.0 + 63.0, 1e-12),
         ("regular_polygon(5, 10mm)", polygon(5.0), 1e-12),
@@ -123,4 +164,61 @@ fn a_sweep_does_not_twist() {
         r = add(r, scaled(slope, h / 6.0));
     }
     assert!(worst < 1e-7, "the frame is off by {worst:e}");
+}
+
+/// Involute flanks, and roots that the rounded corner of the rack leaves as it rolls off (Litvin and Fuentes, Gear
+/// Geometry and Applied Theory, 2004): found here by rolling it, step by step.
+#[test]
+fn teeth_of_gears_are_what_a_rack_cuts() {
+    let t: Vec<f64> = (0..=4000).map(|k| f64::from(k) / 4000.0).collect();
+    for (teeth, module, degrees, shift) in
+        [(20, 2.0, 20.0_f64, 0.0), (34, 1.25, 20.0, -0.2), (12, 3.0, 20.0, 0.4), (40, 2.0, 25.0, 0.1)]
+    {
+        let (z, pressure) = (f64::from(teeth), degrees.to_radians());
+        let (r, tan) = (0.5 * z * module, pressure.tan());
+        let piece = |name: &str| {
+            curve(&format!("gear_tooth({teeth}, {module}mm, {degrees}deg, {shift}, rounding: 0.3).{name}"), &t)
+        };
+        let names = ["right_root", "right", "tip", "left", "left_root", "gap"];
+        let pieces = names.map(piece);
+        let flat = |p: Point| [p[0], p[2]];
+        for (k, (one, next)) in pieces.iter().zip(pieces.iter().cycle().skip(1)).enumerate() {
+            let turn = if k == 5 { TAU / z } else { 0.0 };
+            let [x, y] = flat(next[0][0]);
+            let begin = [x * turn.cos() - y * turn.sin(), 0.0, x * turn.sin() + y * turn.cos()];
+            close(one[4000][0], begin, 1e-9);
+            let is_smooth = !matches!(k, 1 | 2);
+            if is_smooth && k < 5 {
+                close(unit(one[4000][1]), unit(next[0][1]), 1e-9);
+            }
+        }
+        // Normals of a flank touch the base circle.
+        for f in &pieces[3] {
+            let from_axis = dot(f[0], unit(f[1])).abs();
+            assert!((from_axis / (r * pressure.cos()) - 1.0).abs() < 1e-9, "{from_axis}");
+        }
+        // Half the tooth at the reference circle: interpolated between two of the points.
+        let over = pieces[3].iter().position(|f| norm(f[0]) < r).expect("the flank crosses it");
+        let [a, b] = [over - 1, over].map(|k| (norm(pieces[3][k][0]), flat(pieces[3][k][0])));
+        let angle = |[x, y]: [f64; 2]| y.atan2(x);
+        let share = (a.0 - r) / (a.0 - b.0);
+        let half = angle(a.1) + share * (angle(b.1) - angle(a.1));
+        assert!((half - (0.5 * PI + 2.0 * shift * tan) / z).abs() < 1e-7, "{half}");
+        // The corner's circle comes to every point of the root, and never beyond it.
+        let rounding = 0.3 * module;
+        let depth = module * (1.25 - shift) - rounding;
+        let side = module * (PI / 4.0 - 1.25 * tan) - rounding * (0.25 * PI - 0.5 * pressure).tan();
+        for f in pieces[4].iter().step_by(200) {
+            let [x, y] = flat(f[0]);
+            // With the middle of the gap upwards.
+            let (sin, cos) = (0.5 * PI - PI / z).sin_cos();
+            let [x, y] = [x * cos - y * sin, x * sin + y * cos];
+            let distance = |roll: f64| {
+                let (sin, cos) = roll.sin_cos();
+                (x * cos + y * sin - r * roll - side).hypot(y * cos - x * sin - r + depth)
+            };
+            let least = (-60_000..60_000).map(|k| distance(f64::from(k) * 1e-5)).fold(f64::INFINITY, f64::min);
+            assert!((least / rounding - 1.0).abs() < 1e-6, "{least} and not {rounding}");
+        }
+    }
 }

@@ -17,7 +17,7 @@ const SURFACES: &str = "
 ";
 
 /// Their parts: name and expression.
-const PARTS: [(&str, &str); 53] = [
+const PARTS: [(&str, &str); 60] = [
     ("plane", "plane(a, b)"),
     ("disc", "disc(a)"),
     ("annulus", "annulus(b, a)"),
@@ -74,6 +74,16 @@ const PARTS: [(&str, &str); 53] = [
         "plane(enclosed_area(rectangle(a, b + 0.3 * a)) / 10mm, arc_length(polyline(profile, closed: true), 0.1, 0.9))",
     ),
     ("fillets", "revolve(rounded_polyline(profile, b / 8))"),
+    ("fillets_of_their_own", "revolve(rounded_polyline(profile, radii: [0mm, b / 8, b / 20, 0.3 * b / n, b]))"),
+    ("onward", "revolve(arc_on(line((a, 0mm), (2 * a, b)), b, w))"),
+    ("towards", "revolve(arc_to(line((a, 0mm), (2 * a, b)), (n * a, 3 * b)))"),
+    ("rounded_corner", "revolve(rounded_corner((0mm, 0mm), (a, 0mm), (a + b, a), b / 4).round)"),
+    ("flank", "extrude(gear_tooth(20, b, shift: n / 16).left, a)"),
+    ("root_of_a_tooth", "extrude(gear_tooth(20, b, shift: n / 16).left_root, a)"),
+    (
+        "mitred",
+        "mitred_sweep([(0mm, 0mm, 0mm), (2 * a, 0mm, 0mm), (3 * a, a, b), (3 * a, 3 * a, 0mm)], circle(b / 4))[1]",
+    ),
     ("joined", "revolve(join([line((a, 0mm), (2 * a, 0mm)), arc((2 * a, b), b, -90deg, w)]))"),
     ("offset_curve", "extrude(offset(ellipse(a, 4 * b), b), a)"),
     ("offset_at_poles", "offset(sphere(a), b / 4)"),
