@@ -57,7 +57,7 @@ use std::ffi::OsString;
 /// Does what a command line says, whose first word is the program's name; returns the exit status.
 #[must_use]
 pub fn command(words: Vec<OsString>) -> u8 {
-    let words = command_line::keep(words);
+    command_line::keep(&words);
     let cli = match defaults::parse(cli::with_negative_values(words.iter().cloned())) {
         Ok(cli) => cli,
         Err(error) => {

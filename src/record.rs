@@ -26,7 +26,7 @@ const BESIDES: [&str; 12] =
 
 /// The record of this process, which works with a script or a reference.
 pub(crate) fn of_process(report: &ReportArgs, script: &Path) -> Result<Record, CommandError> {
-    of_line_of_words(report, script, command_line::words().to_vec())
+    of_line_of_words(report, script, command_line::words())
 }
 
 /// The record of a command line, whose first word is the program's name.

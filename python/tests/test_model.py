@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import gmlc
+from gmlc import _gmlc
 
 
 def test_parameters_parts_and_measures(tin):
@@ -110,3 +111,11 @@ def test_models_show_themselves(tin):
     assert "tin" in repr(tin)
     page = tin._repr_html_()
     assert "<table>" in page and "Radius." in page and "wall" in page
+
+
+def test_commands_in_one_process_do_what_each_says(tmp_path, capfd):
+    for name in ("first", "second"):
+        script = tmp_path / f"{name}.gml"
+        script.write_text(f"model {name} {{ part ball = sphere(2mm) }}")
+        assert _gmlc.command(["gmlc", "check", str(script)]) == 0
+        assert f"model {name}" in capfd.readouterr().out
