@@ -67,8 +67,8 @@ fn gear_tooth(
   }
 }
 
-/// A spur gear that stands on the plane of x and y, about the z axis, with a bore: {tooth, top, base, bore}. `tooth` has
-/// for each tooth the walls over the pieces of gear_tooth, of which the first stands on the x axis.
+/// A spur gear that stands on the plane of x and y, about the z axis, with a bore: {tooth, top, base, bore}. `tooth`
+/// has for each tooth the walls over the pieces of gear_tooth, of which the first stands on the x axis.
 /// ```gml
 /// let g = spur_gear(20, 2mm, width: 8mm, bore: 6mm)
 /// norm(g.tooth[5].tip(0.5, 0) - (0mm, 22mm, 0mm)) < 1e-9mm     // = true

@@ -17,8 +17,8 @@ fn polyline(points, closed: bool = false) {
 
 /// Straight lines from point to point whose corners are rounded by arcs of a radius, in the plane or in space; by
 /// `radii`, each point has a radius of its own, of which an open one does not use the first and the last. t goes in
-/// proportion to the length. A closed one begins and ends in the middle of its first line. A radius may be 0mm; the arcs
-/// must find room on the lines, and no corner may turn back by 180deg.
+/// proportion to the length. A closed one begins and ends in the middle of its first line. A radius may be 0mm; the
+/// arcs must find room on the lines, and no corner may turn back by 180deg.
 /// ```gml
 /// let c = rounded_polyline([(0mm, 0mm), (10mm, 0mm), (10mm, 10mm)], radius: 2mm)
 /// c(0)                                              // = (0, 0) mm

@@ -115,10 +115,11 @@ fn _carried(path, normal, from, to) {
 }
 
 /// A section carried along straight lines from point to point in space, cut and joined in mitres at the corners: a
-/// surface for each line, u along the section, v along the line. The section is a curve in the plane of the normal and
-/// the binormal, as that of a sweep: the normal starts towards `up`, as far as that is at right angles to the first line,
-/// and is mirrored in each mitre. With `closed` there is a line back to the first point, and the lines lie in a plane or
-/// return with the normal that they started with. Lines must be longer than what the mitres take off the section.
+/// surface for each line, u along the section, v along the line. The section is a curve in the plane of the normal
+/// and the binormal, as that of a sweep: the normal starts towards `up`, as far as that is at right angles to the
+/// first line, and is mirrored in each mitre. With `closed` there is a line back to the first point, and the lines
+/// lie in a plane or return with the normal that they started with. Lines must be longer than what the mitres take
+/// off the section.
 /// ```gml
 /// let ring = [(0mm, 0mm, 0mm), (9mm, 0mm, 0mm), (9mm, 9mm, 0mm), (0mm, 9mm, 0mm)]
 /// let frame = mitred_sweep(ring, rectangle(2mm, 2mm), up: (0, 0, 1), closed: true)
