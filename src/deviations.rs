@@ -43,6 +43,9 @@ pub(crate) fn summary(report: &VarianceReport) -> String {
     if let Some(cylinder) = &report.cylinder {
         out.push_str(&format!("{}\n", cylinder.sentence(table::number)));
     }
+    if let Some(sag) = report.sag_sentence(table::number) {
+        out.push_str(&format!("{sag}\n"));
+    }
     out.push_str(&agreement(report));
     out.push_str(&report.points.as_ref().map_or_else(String::new, |points| at_points(points, report.max_distance)));
     out.push_str(&verdicts(report));

@@ -68,7 +68,9 @@ fn gear_tooth(
 }
 
 /// A spur gear that stands on the plane of x and y, about the z axis, with a bore: {tooth, top, base, bore}. `tooth`
-/// has for each tooth the walls over the pieces of gear_tooth, of which the first stands on the x axis.
+/// has for each tooth the walls over the pieces of gear_tooth, the first of which stands on the x axis, and its faces
+/// `top` and `base`, in pieces between the flanks and between the roots. The gear's `top` and `base` are rings, from
+/// the roots to the bore.
 /// ```gml
 /// let g = spur_gear(20, 2mm, width: 8mm, bore: 6mm)
 /// norm(g.tooth[5].tip(0.5, 0) - (0mm, 22mm, 0mm)) < 1e-9mm     // = true
@@ -88,17 +90,27 @@ fn spur_gear(
   let tooth = gear_tooth(teeth, module, pressure, shift, addendum, dedendum, rounding)
   require bore < norm(tooth.gap(0.5)), "the bore reaches the gear's teeth"
   let walls = each(tooth, |c| extrude(c, width))
-  let one = join([tooth.right_root, tooth.right, tooth.tip, tooth.left, tooth.left_root, tooth.gap])
-  // From a point of the outline straight to the axis, as far as the bore.
-  let face = |u: real, v: real| {
-    let (k, t) = span_of(u, teeth)
-    let p = one(t).rotate(k * 1turn / teeth)
-    lift(mix(p, normalize(p) * bore, v))
+  // From one side of the tooth to the other at the same radius.
+  let across = |side| |u: real, v: real| {
+    let p = side(v)
+    lift(polar2(norm(p), mix(-1, 1, u) * atan2(p.y, p.x)))
   }
+  let faces = {flank: across(tooth.left), root: across(tooth.left_root)}
+  let one = {
+    right_root: walls.right_root,
+    right: walls.right,
+    tip: walls.tip,
+    left: walls.left,
+    left_root: walls.left_root,
+    gap: walls.gap,
+    top: faces.translate((0mm, 0mm, width)),
+    base: flip(faces),
+  }
+  let ring = annulus(bore, norm(tooth.gap(0.5)))
   {
-    tooth: for k in 0..teeth { walls.rotate(k * 1turn / teeth) },
-    top: face.translate((0mm, 0mm, width)),
-    base: flip(face),
+    tooth: for k in 0..teeth { one.rotate(k * 1turn / teeth) },
+    top: ring.translate((0mm, 0mm, width)),
+    base: flip(ring),
     bore: flip(cylinder(bore, width)),
   }
 }

@@ -12,6 +12,9 @@ pub(crate) struct Deviations {
     /// Signed distance along the normal, positive where the scan lies outside; NaN without data. Millimetres.
     #[pyo3(get)]
     distance: Py<PyArray1<f32>>,
+    /// How far the scan's triangle lies off the surface between its corners; NaN where that is not known. Millimetres.
+    #[pyo3(get)]
+    sag: Py<PyArray1<f32>>,
     /// The number of the part.
     #[pyo3(get)]
     part: Py<PyArray1<u32>>,
@@ -47,9 +50,12 @@ impl Deviations {
         let report = serde_json::to_string(&measurement.report);
         let deviations = measurement.deviations;
         let distance: Vec<f32> = (0..deviations.texels.len()).map(|i| deviations.along(i)).collect();
+        let mut sag = deviations.sag;
+        sag.resize(distance.len(), f32::NAN);
         let texels = deviations.texels;
         Ok(Self {
             distance: vector(py, distance).unbind(),
+            sag: vector(py, sag).unbind(),
             part: vector(py, texels.part).unbind(),
             uv: rows(py, uv)?.unbind(),
             position: rows(py, texels.position)?.unbind(),

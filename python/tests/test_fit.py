@@ -41,6 +41,13 @@ def test_deviations_are_those_of_the_report(fit, scan):
     assert abs(mean - dev.report["signed"]["mean"]) < 1e-6
     assert abs(rms - dev.report["rms"]) < 1e-6
     assert abs(weights.sum() / dev.area.astype(float).sum() - dev.report["coverage"]) < 1e-6
+    sags = {part["name"]: part["sag"]["mean"] for part in dev.report["parts"] if "sag" in part}
+    for k, name in enumerate(dev.part_names):
+        sag = (dev.part == k) & np.isfinite(dev.sag)
+        if sag.any():
+            assert abs(np.average(dev.sag[sag].astype(float), weights=dev.area[sag]) - sags[name]) < 1e-6
+    # Points 2 mm apart on a wall of some 30 mm: -s^2 / 16 R.
+    assert -0.02 < sags["wall"] < -0.003
     assert dev.verdict in ("conforms", "undecided", "does not conform")
     assert dev.image().shape == (128, 128)
 

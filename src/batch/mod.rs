@@ -12,7 +12,7 @@ use crate::error::CommandError;
 use crate::{interrupt, outputs, record};
 pub(crate) use crew::{Job, jobs, work_job};
 use gml_runtime::export::image;
-use gml_runtime::export::measurement::DISTANCES;
+use gml_runtime::export::measurement::{DISTANCES, SAG};
 use gml_runtime::export::population::{PAGE, PopulationDocuments, SCANS};
 use gml_runtime::fit::placing_parameters;
 use gml_runtime::population::{DeviationMap, Inspected, Movements, Row, Summary};
@@ -89,9 +89,7 @@ fn shared_deviations(output: &Path, rows: &[Row], warnings: &mut Vec<String>) ->
     let first = rows.iter().find_map(Row::sound)?;
     let is_alike = |i: &Inspected| i.inputs == first.inputs;
     for row in rows.iter().filter(|row| row.sound().is_some_and(is_alike)) {
-        let path = output.join(SCANS).join(&row.name).join(DISTANCES);
-        let read = std::fs::read(path).ok().and_then(|file| image::read_tiff_f32(&file).ok());
-        let added = read.is_some_and(|(_, _, distances)| map.add(&distances).is_ok());
+        let added = deviations(&output.join(SCANS).join(&row.name)).is_some_and(|d| map.add(&d).is_ok());
         unread += usize::from(!added);
     }
     if unread > 0 {
@@ -100,6 +98,20 @@ fn shared_deviations(output: &Path, rows: &[Row], warnings: &mut Vec<String>) ->
         ));
     }
     (map.textures() > 1).then_some(map)
+}
+
+/// The deviations of one object, from the folder of its results: the distances without the sag of the scan's
+/// triangles, which is much alike in all scans, so that no mean over scans is free of it. None if a file cannot be
+/// read.
+fn deviations(folder: &Path) -> Option<Vec<f32>> {
+    let read = |name: &str| Some(image::read_tiff_f32(&std::fs::read(folder.join(name)).ok()?).ok()?.2);
+    let mut distances = read(DISTANCES)?;
+    // Of clouds there is none.
+    if folder.join(SAG).is_file() {
+        let sag = read(SAG)?;
+        distances.iter_mut().zip(sag).filter(|(_, sag)| sag.is_finite()).for_each(|(d, sag)| *d -= sag);
+    }
+    Some(distances)
 }
 
 /// The exit status: of all scans the worst.

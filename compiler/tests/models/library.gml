@@ -56,6 +56,11 @@ model library {
     coons(wave, |t| wave(t) + (0mm, a, b * t), |t| (0mm, a * t, 0mm), |t| wave(1) + (0mm, a * t, b * t))]
   part between = ruled(spatial(circle(a)), |t| (b * cos(t * 1turn), b * sin(t * 1turn), a))
   part lofted = loft([spatial(circle(a)), |t| (b * cos(t * 1turn), b * sin(t * 1turn), a), |t| (bend + a * cos(t * 1turn), a * sin(t * 1turn), 2 * a)])
+  part threads = [helical(a, 4 * a, b, |t| bend * sin(t * 1turn)), metric_thread(2 * a, b / 2, 3 * b),
+    trapezoidal_thread(2 * a, b / 2, 3 * b, internal: true, left: true)]
+  part gear = spur_gear(18, b / 2, a, b, shift: k / 4)
+  let pinion = gear_tooth(24, b, shift: k / 3)
+  part tooth = [extrude(pinion.left, a), extrude(pinion.right_root, a)]
   part sheet = thicken(torus(a, b * k), b * k / 3, around: true)
 
   // Surfaces that are moved.

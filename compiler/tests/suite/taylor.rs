@@ -102,7 +102,11 @@ fn the_model_of_the_library_is_complete() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR"));
     let read = |path: &str| std::fs::read_to_string(folder.join(path)).expect("a file of the repository");
     let model = read("tests/models/library.gml");
-    for module in ["curve", "surface", "sweep", "patch", "spline", "offset", "path", "polyline", "repeat", "frame"] {
+    let modules = [
+        "curve", "surface", "sweep", "patch", "spline", "offset", "path", "polyline", "repeat", "frame", "thread",
+        "gear",
+    ];
+    for module in modules {
         let text = read(&format!("../stdlib/{module}.gml"));
         let functions = text.lines().filter_map(|l| l.strip_prefix("fn ")?.split('(').next());
         for name in functions.filter(|name| !name.starts_with('_') && *name != "unturned") {

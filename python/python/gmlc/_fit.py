@@ -192,6 +192,9 @@ class Deviations:
     def __init__(self, inner: _gmlc.Deviations) -> None:
         #: Signed distances along the normals, shape (n,), in mm: positive where the scan lies outside, NaN without data.
         self.distance: NDArray[np.float32] = inner.distance
+        #: How far the scan's flat triangles lie off the surface between their corners, shape (n,), in mm, NaN where that
+        #: is not known: ``distance - sag`` is what the scanned points deviate by.
+        self.sag: NDArray[np.float32] = inner.sag
         #: Numbers of parts, shape (n,).
         self.part: NDArray[np.uint32] = inner.part
         #: Surface parameters, shape (n, 2).

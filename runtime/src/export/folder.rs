@@ -9,7 +9,7 @@
 use super::atomic::{self, WriteError, without_path};
 use super::begun;
 use super::lock::locked;
-use super::measurement::{COLOUR, UNCERTAINTY, UNMATCHED};
+use super::measurement::{COLOUR, SAG, UNCERTAINTY, UNMATCHED};
 use super::views::{OVERVIEW, VIEWS};
 use super::x3d::SceneFormat;
 use std::fs::{self, File};
@@ -17,7 +17,7 @@ use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 /// The files of a result, by name; and those of maps of parameters, which begin and end so.
-const FILES: [&str; 32] = [
+const FILES: [&str; 33] = [
     COLOUR,
     "colours.png",
     "conformance.png",
@@ -47,6 +47,7 @@ const FILES: [&str; 32] = [
     UNFINISHED,
     UNCERTAINTY[0],
     UNCERTAINTY[1],
+    SAG,
     UNMATCHED,
     FIGURES,
     VIEWS,

@@ -23,6 +23,9 @@ pub const POINTS: &str = "points.ply";
 /// The file of the distances at the texels without loss.
 pub const DISTANCES: &str = "distance.tif";
 
+/// The file of how far the scan's triangles lie off the surface between their corners, at the texels without loss.
+pub const SAG: &str = "sag.tif";
+
 /// Why documents were not written.
 #[derive(Debug, Error)]
 pub enum DocumentError {
@@ -138,6 +141,11 @@ fn write_textures(
     let distances = signed_distances(deviations);
     let lossless = image::tiff_f32(width, height, &distances, &description)?;
     atomic::write(&folder.join(DISTANCES), &lossless)?;
+    if !deviations.sag.is_empty() {
+        let description = "sag of the scan's triangles in mm: what of the signed distance is theirs";
+        let sag = tiff_of(&deviations.texels, deviations.sag.iter().copied(), description)?;
+        atomic::write(&folder.join(SAG), &sag)?;
+    }
     if extras.exr {
         let lossless = image::exr_f32(width, height, &distances, &description)?;
         atomic::write(&folder.join("distance.exr"), &lossless)?;

@@ -29,6 +29,10 @@ pub struct Deviations {
     /// Whether what the texel sees of the scan is a triangle across an edge or a step: it is no point of its part, and
     /// decides no verdict. Empty where none does.
     pub bridged: Vec<bool>,
+    /// How far the triangle of the scan that the texel sees lies off a surface through its corners that is curved as
+    /// the model is, positive outside; NaN where that is not known. Empty where it is known nowhere, as of clouds.
+    /// Millimetres.
+    pub sag: Vec<f32>,
     /// Standard uncertainty of a distance to a cloud, by the scatter of the points about the texel; NaN where there is
     /// no distance. Empty for distances to triangles, whose noise is that of the points. Millimetres.
     pub uncertainty: Vec<f32>,
@@ -62,6 +66,7 @@ impl Deviations {
             contradicted: Vec::new(),
             ambiguous: Vec::new(),
             bridged: Vec::new(),
+            sag: Vec::new(),
             uncertainty: Vec::new(),
             noise: 0.0,
             rounding: 0.0,
@@ -150,6 +155,14 @@ impl Deviations {
     #[must_use]
     pub fn signed(&self, i: usize) -> f32 {
         self.along(i) * self.cosine.get(i).copied().unwrap_or(1.0)
+    }
+
+    /// The deviation of texel i without the sag of the scan's triangle, where that is known: what the scanned points
+    /// deviate by, interpolated. Millimetres.
+    #[must_use]
+    pub fn without_sag(&self, i: usize) -> f32 {
+        let sag = self.sag.get(i).copied().filter(|sag| sag.is_finite());
+        self.signed(i) - sag.unwrap_or(0.0)
     }
 
     /// The signed distance of texel i along its ray in millimetres, by which the surface is displaced to lie on the

@@ -2,12 +2,13 @@
 
 use super::agreement::{Agreement, Limits, PointAgreement, described};
 use super::moments::null_as_nan;
+use super::sag;
 use super::statistics::PartTexels;
 use super::texel_widths::TexelSizes;
 use super::{
     ColourSummary, Conformance, CylinderSummary, DatumRelations, Detection, Deviations, DimensionVerdict, Explanation,
-    FormDeviation, HoleSummary, Matching, OverallVerdict, Peak, PointDistances, PointMeasure, Statistics, Tolerance,
-    UnmatchedSummary, Verdict,
+    FormDeviation, HoleSummary, Matching, OverallVerdict, Peak, PointDistances, PointMeasure, Sag, Statistics,
+    Tolerance, UnmatchedSummary, Verdict,
 };
 use crate::model::{SensitivityMap, Texels};
 use crate::record::Record;
@@ -125,6 +126,9 @@ pub struct PartStatistics {
     /// Its deviation of form, if its surface has a form.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub form: Option<FormDeviation>,
+    /// How far the scan's triangles lie off it between their corners, if the scan has triangles; not of groups.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sag: Option<Sag>,
 }
 
 /// The sensitivities n . dS/dx of one parameter over the parts that depend on it.
@@ -202,7 +206,7 @@ impl VarianceReport {
         let members = groups(names);
         let part_statistics = |name: &str, statistics| {
             let name = name.to_owned();
-            PartStatistics { name, statistics, explained: None, detection: None, verdict: None, form: None }
+            PartStatistics { name, statistics, explained: None, detection: None, verdict: None, form: None, sag: None }
         };
         let part = |(k, name): (usize, &String)| {
             part_statistics(name, texels[k].statistics(range, tolerances.get(k).copied().flatten(), precision))
@@ -275,6 +279,13 @@ impl VarianceReport {
     #[must_use]
     pub fn limits(&self, number: impl Fn(f64) -> String) -> String {
         described(self.parts.iter().filter_map(|part| part.statistics.agreement?.limits), number)
+    }
+
+    /// How far the scan's triangles lie off the surface between their corners, where that is not small beside the
+    /// deviations: a sentence without its full stop. `number` writes a figure.
+    #[must_use]
+    pub fn sag_sentence(&self, number: impl Fn(f64) -> String) -> Option<String> {
+        sag::sentence(&self.parts, number)
     }
 
     /// How much of the surface and of the scan's points agree, by which limits: a sentence without its full stop; none

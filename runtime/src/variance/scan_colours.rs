@@ -4,6 +4,7 @@
 //! the place within it says; of a cloud the mean of the points in its cylinder, with the weights of the plane through
 //! them.
 
+use super::hit::hit;
 use super::{Deviations, DistanceKind};
 use crate::bvh::{Bvh, ClosestPoint};
 use crate::scan::{Attributes, Scan};
@@ -118,28 +119,13 @@ impl<'a> Tints<'a> {
         bvh: &Bvh,
     ) -> ScanColours {
         let tint = |i: usize| {
-            let Some(ClosestPoint { triangle, weights, .. }) = met(deviations, i, kind, scan, bvh) else {
+            let Some(ClosestPoint { triangle, weights, .. }) = hit(deviations, i, kind, scan, bvh) else {
                 return [f32::NAN; 3];
             };
             self.mean(scan.mesh.triangles[triangle as usize].into_iter().zip(weights))
         };
         let found: Vec<[f32; 3]> = (0..deviations.texels.len()).into_par_iter().map(tint).collect();
         self.colours(&found, deviations)
-    }
-}
-
-/// The place of the scan that texel i has its distance from.
-fn met(deviations: &Deviations, i: usize, kind: DistanceKind, scan: &Scan, bvh: &Bvh) -> Option<ClosestPoint> {
-    let (along, limit) = (f64::from(deviations.along(i)), deviations.max_distance);
-    if along.is_nan() {
-        return None;
-    }
-    let texels = &deviations.texels;
-    let (place, normal) = (DVec3::from(texels.position[i]), DVec3::from(texels.normal[i].map(f64::from)));
-    match kind {
-        DistanceKind::Normal | DistanceKind::AveragedNormal => bvh.closest_point(place + along * normal, limit),
-        DistanceKind::Closest if scan.oriented => bvh.closest_point_facing(place, limit, normal.normalize(), 0.0),
-        DistanceKind::Closest => bvh.closest_point(place, limit),
     }
 }
 

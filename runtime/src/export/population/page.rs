@@ -141,9 +141,8 @@ fn map_section(maps: Option<&MapDocuments<'_>>, rows: &[Row]) -> String {
          as the trace of a worn tool does, is in the mean; what differs from one to the next is in the standard deviation, and \
          so is the noise of each scan{}. On {:.1} % of the surface the mean is clearly not zero (Student's t of the objects at \
          that place; by chance alone it would be {:.1} %).</p>\n\
-         <p class=\"convention\">What the scans themselves share is in the mean, too: triangles between points that are s apart \
-         lie about s&sup2; / 16 R within a surface that bends with the radius R, and twice that where it bends so in all \
-         directions. Such a mean is red where the surface is hollow, and blue where it bulges.</p>\n\
+         <p class=\"convention\">The sag of the scans' flat triangles between their points is not in these figures, but \
+         where a triangle bridges an edge.</p>\n\
          <figure><img alt=\"The surface in the colours of the mean deviation\" src=\"{}\"><figcaption>Mean deviation; the \
          colours end at &plusmn;{} mm, red where material is in excess.</figcaption></figure>\n\
          <div class=\"textures\">\n\

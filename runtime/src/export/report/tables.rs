@@ -61,6 +61,18 @@ pub(super) fn table(caption: &str, head: &str, rows: impl Iterator<Item = String
     );
 }
 
+/// A figure as [`number`] has it, for a sentence that is escaped later.
+fn plain(x: f64) -> String {
+    number(x).replace("&minus;", "\u{2212}").replace("&ndash;", "\u{2013}")
+}
+
+/// A sentence as HTML, with a capital letter.
+fn capitalised(sentence: &str) -> String {
+    let mut said = sentence.to_owned();
+    said[..1].make_ascii_uppercase();
+    escape(&said)
+}
+
 /// A row of cells whose content is HTML.
 pub(super) fn row_of(cells: &[String]) -> String {
     let cells: String = cells.iter().map(|cell| format!("<td>{cell}</td>")).collect();
@@ -79,9 +91,10 @@ pub(super) fn statistics(variance: &VarianceReport) -> String {
         <th>95 %</th><th>Max</th><th>Mean</th><th>SD</th><th>Min</th><th>Max</th></tr></thead>\n";
     table("Deviations by part, weighted by area", head, all.chain(parts).chain(groups), &mut out);
     if let Some(cylinder) = &variance.cylinder {
-        let mut said = cylinder.sentence(number);
-        said[..1].make_ascii_uppercase();
-        let _ = writeln!(out, "<p class=\"convention\">{}.</p>", escape(&said));
+        let _ = writeln!(out, "<p class=\"convention\">{}.</p>", capitalised(&cylinder.sentence(plain)));
+    }
+    if let Some(sag) = variance.sag_sentence(plain) {
+        let _ = writeln!(out, "<p class=\"convention\">{}.</p>", capitalised(&sag));
     }
     percentiles(variance, &mut out);
     detection(variance, &mut out);

@@ -20,6 +20,7 @@ use super::orientation::{Facings, turn, turn_mesh};
 use super::peaks::peaks;
 use super::points::{PointParts, PointSearch};
 use super::reach::Reach;
+use super::sag::{add_sag, sag};
 use super::scanned::Scanned;
 use super::surface::{Parametrised, Surface};
 use super::unmatched::Unmatched;
@@ -160,6 +161,10 @@ pub fn measure(
     };
     if !is_cloud {
         deviations.bridged = on_bridges(&deviations, options.distance, &scan.mesh, surface);
+    }
+    if let Some(bvh) = &bvh {
+        deviations.sag = sag(&deviations, options.distance, scan, bvh, &feet.feet);
+        add_sag(&mut report.parts, &deviations);
     }
     let grounds = Grounds { deviations: &deviations, scanned, fit, options: options.verdict };
     let conformance = grounds.assess(&mut report);

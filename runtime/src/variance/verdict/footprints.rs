@@ -18,7 +18,7 @@ pub(super) struct Footprint {
     pub(super) texels: Vec<u32>,
     /// Its area. Square millimetres.
     pub(super) area: f64,
-    /// The signed deviation that half of its area exceeds. Millimetres.
+    /// The signed deviation that half of its area exceeds, without the sag of the scan's triangles. Millimetres.
     pub(super) median: f64,
     /// Its centre of gravity. Millimetres.
     pub(super) centre: DVec3,
@@ -123,7 +123,7 @@ impl Divider<'_> {
 
     fn footprint(&self, texels: &[u32]) -> Footprint {
         let sample =
-            |i: &u32| Sample::new(self.deviations.signed(*i as usize), self.deviations.texels.area[*i as usize]);
+            |i: &u32| Sample::new(self.deviations.without_sag(*i as usize), self.deviations.texels.area[*i as usize]);
         let area: f64 = texels.iter().map(|i| area_of(self.deviations, *i)).sum();
         let moment = |i: &u32| area_of(self.deviations, *i) * DVec3::from(self.deviations.texels.position[*i as usize]);
         Footprint {

@@ -18,7 +18,7 @@ pub(super) fn fill(
     for (footprint, common) in footprints.iter().zip(common) {
         let sd = noise.hypot(*common);
         for i in footprint.texels.iter().map(|i| *i as usize) {
-            let estimate = Estimate { value: f64::from(deviations.signed(i)), sd };
+            let estimate = Estimate { value: f64::from(deviations.without_sag(i)), sd };
             map[i] = probability(tolerance, [estimate; 2]) as f32;
         }
     }
