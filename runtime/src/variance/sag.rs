@@ -183,7 +183,7 @@ mod tests {
         let sag = hollow.report.parts[0].sag.unwrap();
         assert!(sag.mean > 0.1, "{sag:?}");
         let said = hollow.report.sag_sentence(|x| format!("{x:.1}")).unwrap();
-        assert!(said.contains("by 0.1 mm on hollow"), "{said}");
+        assert!(said.contains(&format!("by {:.1} mm on hollow", sag.mean)), "{said}");
     }
 
     /// A ball that is 0.25 mm too large, by a scan whose triangles lie up to 0.3 mm, and 0.15 mm on the average, inside
