@@ -17,6 +17,7 @@ use gml_runtime::export::population::{PAGE, PopulationDocuments, SCANS};
 use gml_runtime::fit::placing_parameters;
 use gml_runtime::population::{DeviationMap, Inspected, Movements, Row, Summary};
 use gml_runtime::record::Record;
+use gml_runtime::variance::without_sag;
 pub(crate) use plan::{Plan, Scan};
 use std::path::Path;
 
@@ -109,7 +110,7 @@ fn deviations(folder: &Path) -> Option<Vec<f32>> {
     // Of clouds there is none.
     if folder.join(SAG).is_file() {
         let sag = read(SAG)?;
-        distances.iter_mut().zip(sag).filter(|(_, sag)| sag.is_finite()).for_each(|(d, sag)| *d -= sag);
+        distances.iter_mut().zip(sag).for_each(|(distance, sag)| *distance = without_sag(*distance, sag));
     }
     Some(distances)
 }

@@ -102,7 +102,7 @@ fn deviations_are_written_for_other_tools() {
     let [r, h] = &parameters[..] else { panic!("{parameters:?}") };
     assert_eq!((r["parameter"].as_str(), r["value"].as_str(), r["unit"].as_str()), ("r", "20", "mm"));
     assert_eq!((h["value"].as_str(), h["sd"].as_str(), h["without_sd"].as_str()), ("50", "", "not fitted"));
-    assert_eq!(std::fs::read_dir(at.join("out")).expect("a folder").count(), 21, "with ten that are always written");
+    assert_eq!(std::fs::read_dir(at.join("out")).expect("a folder").count(), 22, "with eleven for triangles");
 
     // They are files of that result, and go with it.
     std::fs::write(at.join("out/notes.csv"), "mine").expect("written");

@@ -1,5 +1,6 @@
 //! Distances from the texels to the scan.
 
+use super::without_sag;
 use crate::model::Texels;
 
 /// Distances from texels to the scan along the surface's normal. Sign convention: positive = the scan lies outside
@@ -157,12 +158,10 @@ impl Deviations {
         self.along(i) * self.cosine.get(i).copied().unwrap_or(1.0)
     }
 
-    /// The deviation of texel i without the sag of the scan's triangle, where that is known: what the scanned points
-    /// deviate by, interpolated. Millimetres.
+    /// The deviation of texel i [without the sag](without_sag) of the scan's triangle. Millimetres.
     #[must_use]
     pub fn without_sag(&self, i: usize) -> f32 {
-        let sag = self.sag.get(i).copied().filter(|sag| sag.is_finite());
-        self.signed(i) - sag.unwrap_or(0.0)
+        without_sag(self.signed(i), self.sag.get(i).copied().unwrap_or(f32::NAN))
     }
 
     /// The signed distance of texel i along its ray in millimetres, by which the surface is displaced to lie on the

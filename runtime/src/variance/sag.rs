@@ -1,11 +1,10 @@
 //! Sag: how far the flat triangles of a scan lie off a curved surface between its points.
 
-use super::hit::hit;
+use super::hits::Hit;
 use super::report::PartStatistics;
 use super::{Deviations, DistanceKind};
-use crate::bvh::Bvh;
 use crate::feet::signed::SignedFoot;
-use crate::scan::Scan;
+use crate::mesh::TriangleMesh;
 use glam::DVec3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -14,8 +13,8 @@ use serde::{Deserialize, Serialize};
 /// hundredth of the mean square.
 const TOLD: f64 = 0.1;
 
-/// The sag of a scan's triangles over one part of the surface. The deviations contain it; those of the scan's points
-/// are free of it.
+/// The sag of a scan's triangles over one part of the surface. The deviations of the part contain it; those of the
+/// scan's points are free of it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Sag {
     /// The mean, weighted by area: positive where the triangles lie outside of the surface through their corners.
@@ -28,7 +27,8 @@ pub struct Sag {
 }
 
 /// The sag at every texel, positive where the scan's triangle lies outside; NaN where it is not known: without a
-/// distance, or where a triangle bridges an edge. Millimetres. `feet` are those of the scan's points on the surface.
+/// distance, or where a triangle bridges an edge. Millimetres. `hits` are the places that the texels have their distances
+/// from, `feet` those of the scan's points on the surface.
 ///
 /// A texel at p with the unit normal n sees a triangle at the weights w of its corners, whose feet on the surface are
 /// f. If the thing has the model's curvature, its surface between the corners is parallel to the model's, and the
@@ -37,8 +37,8 @@ pub struct Sag {
 pub(in crate::variance) fn sag(
     deviations: &Deviations,
     kind: DistanceKind,
-    scan: &Scan,
-    bvh: &Bvh,
+    mesh: &TriangleMesh,
+    hits: &[Option<Hit>],
     feet: &[Option<SignedFoot>],
 ) -> Vec<f32> {
     if kind == DistanceKind::AveragedNormal {
@@ -49,16 +49,23 @@ pub(in crate::variance) fn sag(
         if deviations.is_bridged(i) {
             return None;
         }
-        let met = hit(deviations, i, kind, scan, bvh)?;
+        let hit = hits[i]?;
         let normal = DVec3::from(texels.normal[i].map(f64::from)).try_normalize()?;
-        let corners = scan.mesh.triangles[met.triangle as usize];
+        let position = DVec3::from(texels.position[i]);
         let mut sum = DVec3::ZERO;
-        for (corner, weight) in corners.into_iter().zip(met.weights) {
-            sum += weight * feet.get(corner as usize)?.as_ref()?.point;
+        for (corner, weight) in mesh.triangles[hit.triangle as usize].into_iter().zip(hit.weights) {
+            sum += f64::from(weight) * (feet.get(corner as usize)?.as_ref()?.point - position);
         }
-        Some(normal.dot(sum - DVec3::from(texels.position[i])) as f32)
+        Some(normal.dot(sum) as f32)
     };
     (0..texels.len()).into_par_iter().map(|i| at(i).unwrap_or(f32::NAN)).collect()
+}
+
+/// A deviation without the sag of the scan's triangle, where that is known: what the scanned points deviate by,
+/// interpolated. Millimetres, and NaN where one is not known.
+#[must_use]
+pub fn without_sag(deviation: f32, sag: f32) -> f32 {
+    deviation - if sag.is_finite() { sag } else { 0.0 }
 }
 
 /// Adds the sag of each part to its statistics.

@@ -4,10 +4,10 @@
 //! the place within it says; of a cloud the mean of the points in its cylinder, with the weights of the plane through
 //! them.
 
-use super::hit::hit;
-use super::{Deviations, DistanceKind};
-use crate::bvh::{Bvh, ClosestPoint};
-use crate::scan::{Attributes, Scan};
+use super::Deviations;
+use super::hits::Hit;
+use crate::mesh::TriangleMesh;
+use crate::scan::Attributes;
 use glam::DVec3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -110,21 +110,18 @@ impl<'a> Tints<'a> {
         ScanColours { summary: ColourSummary { source, stretch }, texels }
     }
 
-    /// Those of the texels of a mesh, whose hierarchy is `bvh`.
-    pub(in crate::variance) fn of_triangles(
+    /// Those of the texels of a mesh, from the places that they have their distances from.
+    pub(in crate::variance) fn of_hits(
         &self,
+        hits: &[Option<Hit>],
+        mesh: &TriangleMesh,
         deviations: &Deviations,
-        kind: DistanceKind,
-        scan: &Scan,
-        bvh: &Bvh,
     ) -> ScanColours {
-        let tint = |i: usize| {
-            let Some(ClosestPoint { triangle, weights, .. }) = hit(deviations, i, kind, scan, bvh) else {
-                return [f32::NAN; 3];
-            };
-            self.mean(scan.mesh.triangles[triangle as usize].into_iter().zip(weights))
+        let tint = |hit: &Option<Hit>| {
+            let Some(Hit { triangle, weights }) = hit else { return [f32::NAN; 3] };
+            self.mean(mesh.triangles[*triangle as usize].into_iter().zip(weights.map(f64::from)))
         };
-        let found: Vec<[f32; 3]> = (0..deviations.texels.len()).into_par_iter().map(tint).collect();
+        let found: Vec<[f32; 3]> = hits.par_iter().map(tint).collect();
         self.colours(&found, deviations)
     }
 }

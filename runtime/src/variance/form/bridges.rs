@@ -4,9 +4,8 @@
 use crate::bvh::Bvh;
 use crate::feet::signed::SignedFoot;
 use crate::mesh::TriangleMesh;
+use crate::variance::hits::Hit;
 use crate::variance::noise::SMOOTH;
-use crate::variance::{Deviations, DistanceKind};
-use glam::DVec3;
 use rayon::prelude::*;
 
 /// Between points of two parts the surface may be so far from the line that joins their feet, in standard deviations of
@@ -20,9 +19,6 @@ const STEP_LENGTH: f64 = 0.02;
 const DOUBTED: f64 = 4.0;
 const NEARER: f64 = 0.5;
 
-/// A texel meets a triangle that is so near to the place where its ray ended: in roundings of single precision.
-const MET: f64 = 8.0;
-
 /// A surface with the feet of the scan's points on it.
 #[derive(Clone, Copy)]
 pub(in crate::variance) struct ScannedSurface<'a> {
@@ -31,37 +27,19 @@ pub(in crate::variance) struct ScannedSurface<'a> {
     pub(in crate::variance) bvh: &'a Bvh,
 }
 
-/// By texel, whether what it sees of the scan is a triangle that bridges an edge or a step; empty where no triangle
-/// does.
-pub(in crate::variance) fn on_bridges(
-    deviations: &Deviations,
-    kind: DistanceKind,
-    mesh: &TriangleMesh,
-    surface: ScannedSurface<'_>,
-) -> Vec<bool> {
-    let bridges = surface.bridges(mesh, deviations.noise);
-    let Ok(bvh) = Bvh::build(&bridges) else { return Vec::new() };
-    let near = MET * f64::from(bvh.tolerance()).max(deviations.precision);
-    let texels = &deviations.texels;
-    let is_met = |i: usize| {
-        let along = f64::from(deviations.along(i));
-        if along.is_nan() {
-            return false;
-        }
-        let (position, normal) = (DVec3::from(texels.position[i]), DVec3::from(texels.normal[i].map(f64::from)));
-        // The closest point is in any direction: it is on a bridge if a bridge is as near.
-        let (from, reach) = match kind {
-            DistanceKind::Closest => (position, along.abs() + near),
-            DistanceKind::Normal | DistanceKind::AveragedNormal => (position + along * normal, near),
-        };
-        bvh.closest_point(from, reach).is_some()
-    };
-    (0..texels.len()).into_par_iter().map(is_met).collect()
-}
-
 impl ScannedSurface<'_> {
-    /// The triangles that bridge an edge or a step, or have a corner that has no place on the surface.
-    fn bridges(&self, mesh: &TriangleMesh, noise: f64) -> TriangleMesh {
+    /// By texel, whether what it sees of the scan is a triangle that bridges an edge or a step; empty where no triangle
+    /// does. `hits` are the places that the texels have their distances from, `noise` is in millimetres.
+    pub(in crate::variance) fn on_bridges(&self, mesh: &TriangleMesh, noise: f64, hits: &[Option<Hit>]) -> Vec<bool> {
+        let bridges = self.bridges(mesh, noise);
+        if !bridges.contains(&true) {
+            return Vec::new();
+        }
+        hits.par_iter().map(|hit| hit.is_some_and(|hit| bridges[hit.triangle as usize])).collect()
+    }
+
+    /// By triangle, whether it bridges an edge or a step, or has a corner that has no place on the surface.
+    fn bridges(&self, mesh: &TriangleMesh, noise: f64) -> Vec<bool> {
         let believed = |(foot, position): (&Option<SignedFoot>, &[f64; 3])| {
             foot.filter(|foot| {
                 let far = foot.distance.abs();
@@ -74,9 +52,7 @@ impl ScannedSurface<'_> {
             _ => true,
         };
         let bridges = |[a, b, c]: &[u32; 3]| [[*a, *b], [*b, *c], [*c, *a]].into_iter().any(turns);
-        let triangles: Vec<[u32; 3]> = mesh.triangles.par_iter().copied().filter(bridges).collect();
-        let positions = if triangles.is_empty() { Vec::new() } else { mesh.positions.clone() };
-        TriangleMesh { positions, triangles, ..TriangleMesh::default() }
+        mesh.triangles.par_iter().map(bridges).collect()
     }
 
     /// Whether the surface leaves the line between two feet.

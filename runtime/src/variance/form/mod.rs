@@ -24,7 +24,7 @@ mod smooth;
 mod tests;
 mod zone;
 
-pub(super) use bridges::{ScannedSurface, on_bridges};
+pub(super) use bridges::ScannedSurface;
 pub use figure::PointMeasure;
 pub(super) use figure::point_measures;
 pub(super) use members::Members;

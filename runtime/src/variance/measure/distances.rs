@@ -9,6 +9,7 @@ use crate::scan::Scan;
 use crate::variance::cast::{self, Cast, hide_behind_filled};
 use crate::variance::cloud::{self, Cloud, CloudFeet, CylinderSummary, Cylinders, Sample, cylinders};
 use crate::variance::contradicted::contradicted;
+use crate::variance::hits::{Hit, hits};
 use crate::variance::holes::FilledHoles;
 use crate::variance::matching::refuse_foreign;
 use crate::variance::points::{PointFeet, PointSearch};
@@ -42,7 +43,9 @@ pub(super) struct Found {
     pub(super) spikes: usize,
     /// The places of the surface that are nearest to the scan's points.
     pub(super) feet: PointFeet,
-    /// The same of a cloud, in order of use.
+    /// The places of the scan's triangles that the texels have their distances from; empty of clouds.
+    pub(super) hits: Vec<Option<Hit>>,
+    /// The feet of a cloud, in order of use.
     pub(super) cloud: Option<CloudFeet>,
     /// How distances to a cloud were measured.
     pub(super) cylinder: Option<CylinderSummary>,
@@ -101,8 +104,9 @@ impl Grounded<'_> {
         unless_cancelled(self.progress)?;
         let started = Instant::now();
         deviations.contradict(contradicted(&deviations, scan, bvh));
+        let hits = hits(&deviations, options.distance, scan, bvh);
         let tints = Tints::of(&scan.attributes);
-        let colours = tints.map(|tints| tints.of_triangles(&deviations, options.distance, scan, bvh));
+        let colours = tints.map(|tints| tints.of_hits(&hits, &scan.mesh, &deviations));
         unless_cancelled(self.progress)?;
         let cast = cast + started.elapsed().as_secs_f64();
 
@@ -114,7 +118,7 @@ impl Grounded<'_> {
         deviations.round(scan.rounding());
         let seconds = Seconds { cast, matching, points: started.elapsed().as_secs_f64() };
         let (cloud, cylinder) = (None, None);
-        Ok(Found { deviations, device, notice, holes, spikes, feet, cloud, cylinder, colours, seconds })
+        Ok(Found { deviations, device, notice, holes, spikes, feet, hits, cloud, cylinder, colours, seconds })
     }
 
     fn cast_rays(&self, texels: Texels, bvh: &Bvh, facing: Facing) -> Result<Cast, CastError> {
@@ -164,6 +168,7 @@ impl Grounded<'_> {
             holes: None,
             spikes: 0,
             feet,
+            hits: Vec::new(),
             cloud: Some(of_cloud),
             cylinder: Some(summary),
             colours,

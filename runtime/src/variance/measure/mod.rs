@@ -12,9 +12,7 @@ use super::averaging::{DEFAULT_WIDTH, MAX_WIDTH, average_normals};
 use super::cloud::{self, Cloud};
 use super::detection::detect;
 use super::explained::explain;
-use super::form::{
-    Members, ScanNoise, ScannedSurface, form_deviations, on_bridges, point_measures, recognise, relations, unfit,
-};
+use super::form::{Members, ScanNoise, ScannedSurface, form_deviations, point_measures, recognise, relations, unfit};
 use super::nothing::{self, Misfit};
 use super::orientation::{Facings, turn, turn_mesh};
 use super::peaks::peaks;
@@ -137,7 +135,7 @@ pub fn measure(
     let search = PointSearch { parametrised: parametrised.as_ref(), inverted: &inverted, mesh: &tessellation.mesh };
     let grounded =
         Grounded { tessellation: &tessellation, model: &model, search, scan, max_distance, options, progress };
-    let Found { mut deviations, device, notice, holes, spikes, feet, cloud, cylinder, colours, seconds: spent } =
+    let Found { mut deviations, device, notice, holes, spikes, feet, hits, cloud, cylinder, colours, seconds: spent } =
         grounded.find(texels, cosine, buried, bvh.as_ref())?;
     unless_cancelled(progress)?;
 
@@ -160,10 +158,8 @@ pub fn measure(
         (cloud, _) => Scanned::Points { mesh: &scan.mesh, cloud: cloud.as_ref() },
     };
     if !is_cloud {
-        deviations.bridged = on_bridges(&deviations, options.distance, &scan.mesh, surface);
-    }
-    if let Some(bvh) = &bvh {
-        deviations.sag = sag(&deviations, options.distance, scan, bvh, &feet.feet);
+        deviations.bridged = surface.on_bridges(&scan.mesh, deviations.noise, &hits);
+        deviations.sag = sag(&deviations, options.distance, &scan.mesh, &hits, &feet.feet);
         add_sag(&mut report.parts, &deviations);
     }
     let grounds = Grounds { deviations: &deviations, scanned, fit, options: options.verdict };

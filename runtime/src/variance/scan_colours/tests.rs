@@ -1,12 +1,12 @@
 //! Scans whose colours are a known function of place.
 
 use super::*;
-use crate::mesh::{Bounds, TriangleMesh};
+use crate::mesh::Bounds;
 use crate::model::{Fineness, Model, Motion, Tessellation};
 use crate::progress::Silent;
-use crate::scan::from_mesh;
+use crate::scan::{Scan, from_mesh};
 use crate::simulate::{ExactSurface, Scanner, scan_exact};
-use crate::variance::{Device, MeasureOptions, Measurement, Reference, Resolution, measure};
+use crate::variance::{Device, DistanceKind, MeasureOptions, Measurement, Reference, Resolution, measure};
 use gml_compiler::program::{Options, Program, compile};
 use gml_compiler::source::{NoFiles, SourceFile};
 
