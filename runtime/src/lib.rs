@@ -76,6 +76,8 @@ pub mod population;
 pub mod progress;
 pub mod reason;
 pub mod record;
+#[cfg(test)]
+mod repeats;
 mod rims;
 mod robust;
 mod sampling;

@@ -1,7 +1,7 @@
 //! Awkward scans: the fit is right, or says in one sentence what is likely. docs/fitting.md has the table.
 
 use crate::support::mesh::{Mesh, Random};
-use crate::support::{gmlc, gmlc_in, json, root, text};
+use crate::support::{gmlc, gmlc_in, is_thorough, json, root, text};
 use std::sync::OnceLock;
 use tempfile::{TempDir, tempdir};
 
@@ -254,9 +254,23 @@ const DEGENERATE: &[Case] = &[
     ),
 ];
 
+/// Cases that take ten seconds and more, since all else is tried before a fit is called a failure.
+const LONG: [&str; 7] = [
+    "two copies",
+    "nine tenths dust",
+    "on a table",
+    "another object",
+    "a mirror image",
+    "in micrometres",
+    "25.4 times too large",
+];
+
 /// Fits the scans of some cases and compares with what is expected.
 fn check(cases: &[Case]) {
     for Case { name, script, make, status, says, known } in cases {
+        if LONG.contains(name) && !is_thorough() {
+            continue;
+        }
         let file = name.replace([' ', '%', '.'], "_");
         make().write_ply(&folder().path().join(format!("{file}.ply")));
         let args = ["fit", &format!("{script}.gml"), &format!("{file}.ply"), "-o", &format!("{file}.json")];

@@ -89,14 +89,15 @@ fn figure(row: &BTreeMap<String, String>, name: &str) -> f64 {
 
 #[test]
 fn a_population_is_found_as_it_was_made() {
-    let folder = tins(12, false);
+    let folder = tins(8, false);
     let at = folder.path();
+    fs::rename(at.join("scans/tin_7.ply"), at.join("scans/tin_10.ply")).expect("renamed");
     let said = gmlc(at, &batch("out", &[]));
-    assert!(said.contains("12 scans, 12 fitted and measured, 12 conforms"), "{said}");
+    assert!(said.contains("8 scans, 8 fitted and measured, 8 conforms"), "{said}");
     let rows = table(&at.join("out"));
-    assert_eq!(rows.len(), 12);
+    assert_eq!(rows.len(), 8);
     // In the order of the numbers in the names.
-    assert_eq!(rows[10]["name"], "tin_10");
+    assert_eq!(rows[7]["name"], "tin_10");
     for (i, row) in rows.iter().enumerate() {
         for (k, name) in ["param.r", "param.h"].iter().enumerate() {
             let error = figure(row, name) - truth(i)[k];
@@ -111,19 +112,19 @@ fn a_population_is_found_as_it_was_made() {
         all.into_iter().find(|s| s["name"] == name).unwrap_or_else(|| panic!("no {name}"))
     };
     for (k, name) in ["r", "h"].iter().enumerate() {
-        let values: Vec<f64> = (0..12).map(|i| truth(i)[k]).collect();
-        let mean = values.iter().sum::<f64>() / 12.0;
-        let sd = (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / 11.0).sqrt();
+        let values: Vec<f64> = (0..8).map(|i| truth(i)[k]).collect();
+        let mean = values.iter().sum::<f64>() / 8.0;
+        let sd = (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / 7.0).sqrt();
         let effects = &series(name)["effects"];
-        // Measurement moves a mean of twelve by a few micrometres, and the spread by its square.
+        // Measurement moves a mean of eight by a few micrometres, and the spread by its square.
         assert!((effects["mean"].as_f64().expect("a mean") - mean).abs() < 0.02, "{name}: {effects}");
         assert!((effects["between"].as_f64().expect("a spread") / sd - 1.0).abs() < 0.1, "{name}: {effects}");
     }
     let correlation = summary["correlations"][0]["r"].as_f64().expect("a correlation");
     assert!(correlation > 0.9, "{}", summary["correlations"]);
     let widths: Vec<f64> = rows.iter().map(|row| figure(row, "measure.width")).collect();
-    let mean = widths.iter().sum::<f64>() / 12.0;
-    let sd = (widths.iter().map(|w| (w - mean).powi(2)).sum::<f64>() / 11.0).sqrt();
+    let mean = widths.iter().sum::<f64>() / 8.0;
+    let sd = (widths.iter().map(|w| (w - mean).powi(2)).sum::<f64>() / 7.0).sqrt();
     let ppk = (40.6 - mean).min(mean - 39.4) / (3.0 * sd);
     let found = series("width")["capability"]["ppk"]["value"].as_f64().expect("it has a tolerance");
     assert!((found - ppk).abs() < 1e-9, "{found} {ppk}");
@@ -135,7 +136,7 @@ fn a_population_is_found_as_it_was_made() {
 
 #[test]
 fn what_all_tins_share_is_in_the_map() {
-    let folder = tins(6, true);
+    let folder = tins(4, true);
     let at = folder.path();
     // Widths near their limits may be undecided.
     let status = gmlc_in(at, &batch("out", &[])).status.code();
@@ -190,7 +191,7 @@ fn a_bad_scan_stops_nobody_and_a_second_run_does_only_what_is_new() {
 /// Killed at several moments, and run again: the table is that of a batch that was left alone.
 #[test]
 fn a_batch_that_is_killed_goes_on_where_it_was() {
-    let folder = tins(6, false);
+    let folder = tins(4, false);
     let at = folder.path();
     let args = batch("out", &["--start-from", "previous", "-j", "2"]);
     let mut kept = 0;
@@ -225,7 +226,7 @@ fn a_batch_that_is_killed_goes_on_where_it_was() {
 #[cfg(unix)]
 #[test]
 fn an_interrupted_batch_writes_the_table_of_what_is_done() {
-    let folder = tins(8, false);
+    let folder = tins(5, false);
     let at = folder.path();
     let mut command = Command::new(env!("CARGO_BIN_EXE_gmlc"));
     let child = command.args(batch("out", &["-j", "1"])).current_dir(at).stdout(Stdio::null()).stderr(Stdio::piped());
@@ -241,10 +242,10 @@ fn an_interrupted_batch_writes_the_table_of_what_is_done() {
     assert_eq!(output.status.code(), Some(1), "{said}");
     assert!(said.contains("the same command goes on with them"), "{said}");
     let rows = table(&at.join("out"));
-    assert!((2..8).contains(&rows.len()), "{}", rows.len());
+    assert!((2..5).contains(&rows.len()), "{}", rows.len());
     assert!(rows.iter().all(|row| row["status"] == "inspected"));
     gmlc(at, &batch("out", &[]));
-    assert_eq!(table(&at.join("out")).len(), 8);
+    assert_eq!(table(&at.join("out")).len(), 5);
 }
 
 #[test]
@@ -290,7 +291,7 @@ fn a_series_of_objects_that_lie_anywhere_is_not_upside_down() {
     let at = folder.path();
     fs::write(at.join("stub.gml"), STUB).expect("written");
     fs::create_dir(at.join("scans")).expect("made");
-    for i in 0..8 {
+    for i in 0..5 {
         let [r, taper, seed] =
             [format!("r={}mm", 25.0 + 0.1 * f64::from(i % 5)), "taper=3deg".to_owned(), i.to_string()];
         let args = ["scan", "stub.gml", "-p", &r, "-p", &taper, "--spacing", "2mm", "--noise", "0.05mm", "-q"];

@@ -132,28 +132,30 @@ fn measured_points_show_measures() {
     let folder = folder.path();
     let fit = ["fit", "can.gml", "can.ply", "-o", "fit.json"];
     gmlc(folder, &fit);
-    let of = |options: &[&str]| {
-        let args = ["variance", "can.gml", "can.ply", "--params", "fit.json", "--device", "cpu", "-o", "out"];
-        let said = gmlc(folder, &[&args[..], options].concat());
-        (said, json(&folder.join("out/variance.json"))["point_measures"].clone())
+    let run = |script: &str, resolution: &str, options: &[&str]| {
+        let args = ["variance", script, "can.ply", "--params", "fit.json", "--device", "cpu", "-o", "out"];
+        let output = gmlc_in(folder, &[&args[..], &["--resolution", resolution], options].concat());
+        (output, json(&folder.join("out/variance.json"))["point_measures"].clone())
     };
-    let (said, fitted) = of(&["--decision", "simple"]);
-    assert!(said.contains("by points") && said.contains("shell.bottom, shell.top"), "{said}");
+    let (output, fitted) = run("can.gml", "256", &["--decision", "simple"]);
+    let said = text(&output.stdout);
+    assert!(
+        output.status.success() && said.contains("by points") && said.contains("shell.bottom, shell.top"),
+        "{said}"
+    );
+    let (_, other) = run("can.gml", "512", &["-p", "r=20.3mm"]);
     for (k, name, figure, truth) in [(0, "diameter", "diameter", 40.1), (1, "height", "distance", 51.0)] {
         let entry = &fitted[k];
         assert_eq!((&entry["name"], &entry["figure"]), (&name.into(), &figure.into()));
         let number = |field: &str| entry[field].as_f64().unwrap_or_else(|| panic!("{field} of {entry}"));
         let (value, uncertainty) = (number("value"), number("uncertainty"));
         assert!((value - truth).abs() < 4.0 * uncertainty && uncertainty < 0.02, "{entry}");
-        let (_, other) = of(&["-p", "r=20.3mm", "--resolution", "512"]);
         let there = other[k]["value"].as_f64().expect("a value");
         assert!((there - value).abs() < 2.0 * uncertainty, "{there}, not {value}");
     }
     fs::write(folder.join("wrong.gml"), CAN.replace("= 2 * r", "= 3 * r")).expect("written");
-    let output =
-        gmlc_in(folder, &["variance", "wrong.gml", "can.ply", "--params", "fit.json", "--device", "cpu", "-o", "out"]);
-    let report = json(&folder.join("out/variance.json"));
-    let reason = report["point_measures"][0]["reason"].as_str().expect("a reason");
+    let (output, points) = run("wrong.gml", "256", &[]);
+    let reason = points[0]["reason"].as_str().expect("a reason");
     assert!(reason.starts_with("the diameter in the model is another: 40."), "{reason}\n{}", text(&output.stderr));
 }
 

@@ -4,7 +4,7 @@
 //! `cargo test --release --test suite ended:: -- --include-ignored --nocapture` kills and interrupts many runs, in some
 //! four minutes.
 
-use crate::support::{ball, gmlc, gmlc_in, results, text};
+use crate::support::{ball, gmlc, gmlc_in, is_thorough, results, text};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
@@ -101,7 +101,7 @@ fn kill_runs(kills: u32) -> [u32; 3] {
 
 #[test]
 fn a_killed_run_leaves_one_result() {
-    kill_runs(12);
+    kill_runs(if is_thorough() { 12 } else { 5 });
 }
 
 #[test]
@@ -143,7 +143,8 @@ fn a_disk_that_is_full_at_any_write_leaves_the_earlier_result() {
     let sizes = earlier.keys().map(|name| size(name).min(later[name].len()));
     let limits = limits(sizes, 6);
     assert!(limits.len() > 8, "{limits:?}");
-    for (k, limit) in limits.into_iter().enumerate() {
+    let every = if is_thorough() { 1 } else { 4 };
+    for (k, limit) in limits.into_iter().enumerate().step_by(every) {
         let output = with_limit(at, limit, false, &words(MEASURE, LATER));
         let said = text(&output.stderr);
         assert_eq!(output.status.code(), Some(1), "{limit} KiB: {said}");
@@ -239,7 +240,7 @@ fn interrupt_runs(count: u32) {
 
 #[test]
 fn an_interrupted_run_leaves_one_result() {
-    interrupt_runs(6);
+    interrupt_runs(if is_thorough() { 6 } else { 3 });
 }
 
 #[test]

@@ -15,6 +15,11 @@ pub(crate) fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
+/// Whether tests do in full what they else do in part, because it takes minutes: with GMLC_THOROUGH set.
+pub(crate) fn is_thorough() -> bool {
+    std::env::var_os("GMLC_THOROUGH").is_some()
+}
+
 /// A path below the root as text.
 pub(crate) fn example(name: &str) -> String {
     root().join("examples").join(name).display().to_string()

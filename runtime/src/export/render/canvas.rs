@@ -5,6 +5,7 @@ use super::paint::Paint;
 use super::view::{Camera, Limit};
 use crate::export::colormap::{NO_DATA, stripes};
 use glam::DVec3;
+use std::ops::Range;
 
 /// Two lights from the upper left and from the right, as right, up, towards the eye, with strengths; the rest is
 /// ambient.
@@ -86,9 +87,11 @@ impl Canvas {
             let end = if high < 0.0 { 0 } else { (high as usize + 1).min(size) };
             low as usize..end
         };
+        let columns = range(0, self.width);
         for y in range(1, self.height) {
-            for x in range(0, self.width) {
-                let (px, py) = (x as f32 + 0.5, y as f32 + 0.5);
+            let py = y as f32 + 0.5;
+            for x in within(&[a, b, c], py, columns.clone()) {
+                let px = x as f32 + 0.5;
                 let side =
                     |p: [f32; 3], q: [f32; 3]| ((q[0] - p[0]) * (py - p[1]) - (px - p[0]) * (q[1] - p[1])) / area;
                 let w = [side(b, c), side(c, a), side(a, b)];
@@ -105,6 +108,25 @@ impl Canvas {
             }
         }
     }
+}
+
+/// The columns of a row of samples that a triangle may cover, and one more on either side for roundings: of a long
+/// triangle across the canvas these are few.
+fn within(triangle: &[[f32; 3]; 3], row: f32, columns: Range<usize>) -> Range<usize> {
+    let (mut low, mut high) = (f32::INFINITY, f32::NEG_INFINITY);
+    for (p, q) in [0, 1, 2].map(|k| (triangle[k], triangle[(k + 1) % 3])) {
+        if (p[1] <= row) != (q[1] <= row) {
+            let x = p[0] + (row - p[1]) / (q[1] - p[1]) * (q[0] - p[0]);
+            (low, high) = (low.min(x), high.max(x));
+        }
+    }
+    // The row of a corner or an edge.
+    if !(low <= high) {
+        return columns;
+    }
+    let first = (low - 2.0).max(0.0) as usize;
+    let end = (high + 2.0).max(0.0) as usize;
+    first.max(columns.start)..end.min(columns.end)
 }
 
 fn corners(layer: &Layer<'_>, camera: &Camera, triangle: [u32; 3]) -> Option<[Corner; 3]> {

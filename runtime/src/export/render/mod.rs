@@ -138,22 +138,22 @@ fn outline(canvas: &mut Canvas, layer: &Layer<'_>, camera: &Camera) {
 /// is in front.
 fn composite(drawn: &[(Canvas, f32)], sample: usize) -> [f32; 3] {
     let mut colour = BACKGROUND.map(f32::from);
-    let mut behind = f32::NEG_INFINITY;
-    let mut after = 0;
-    // Few layers: looking for the next one is cheaper than sorting.
+    // Depths with the numbers of their layers. Few layers: looking for the next one is cheaper than sorting.
+    let mut last: Option<(f32, usize)> = None;
     loop {
-        let later = |(i, depth): (usize, f32)| (depth, i) > (behind, after) || behind == f32::NEG_INFINITY;
-        let next = drawn
-            .iter()
-            .enumerate()
-            .map(|(i, (canvas, _))| (i, canvas.depth[sample]))
-            .filter(|&(i, depth)| depth > f32::NEG_INFINITY && later((i, depth)))
-            .min_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
-        let Some((i, depth)) = next else { return colour };
+        let mut next: Option<(f32, usize)> = None;
+        for (i, (canvas, _)) in drawn.iter().enumerate() {
+            let here = (canvas.depth[sample], i);
+            let is_left = here.0 > f32::NEG_INFINITY && last.is_none_or(|last| here > last);
+            if is_left && next.is_none_or(|next| here < next) {
+                next = Some(here);
+            }
+        }
+        let Some((_, i)) = next else { return colour };
         let (canvas, opacity) = &drawn[i];
         for (c, over) in colour.iter_mut().zip(canvas.colour[sample]) {
             *c += opacity * (f32::from(over) - *c);
         }
-        (behind, after) = (depth, i);
+        last = next;
     }
 }

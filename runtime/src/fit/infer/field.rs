@@ -9,6 +9,7 @@
 //! how much likelier they are than independent residuals: which one is likeliest, and whether it is clearly so, depends
 //! on the sample, and standard deviations must not.
 
+use super::cholesky::lower_factor;
 use super::sandwich::{Uncertainty, at_least};
 use crate::fit::problem::objective::Objective;
 use crate::fit::problem::rows::{AllRows, RowPoint, Rows};
@@ -248,7 +249,7 @@ fn restricted(
 ) -> Option<(f64, f64)> {
     let mut covariance = correlations * share;
     covariance.fill_diagonal(1.0 + RIDGE);
-    let lower = Cholesky::new(covariance)?.unpack();
+    let lower = lower_factor(covariance)?;
     let columns = lower.solve_lower_triangular(columns)?;
     let residuals = lower.solve_lower_triangular(residuals)?;
     let mut normal = columns.tr_mul(&columns);

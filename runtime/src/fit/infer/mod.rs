@@ -6,6 +6,7 @@ pub(crate) mod agreement;
 mod bias;
 mod blocks;
 pub(crate) mod bootstrap;
+mod cholesky;
 pub(crate) mod compare;
 mod convergence;
 mod field;

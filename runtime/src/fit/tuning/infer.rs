@@ -129,7 +129,7 @@ pub(crate) const LEAST_MIXTURES: u32 = 12;
 /// Blocks of dependent residuals are looked at as a field from this edge on (radii of gyration): blocks that are
 /// smaller are so many that their sums say it all.
 pub(crate) const FIELD_BLOCKS: f64 = 0.12;
-/// Points of which a field is found: factors of their covariance take 10 ms, and a scan's faces have a hundred each.
+/// Points of which a field is found: factors of their covariance take 3 ms, and a scan's faces have a hundred each.
 pub(crate) const FIELD_POINTS: usize = 500;
 /// Samples of so many points over which likelihoods are averaged: one of them is off by 1 and more.
 pub(crate) const FIELD_SAMPLES: usize = 3;

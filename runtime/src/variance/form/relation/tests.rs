@@ -3,6 +3,7 @@
 use super::super::filter::Place;
 use super::super::members::Member;
 use super::*;
+use crate::repeats::repeats;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -168,16 +169,19 @@ fn known_motions_have_known_relations() {
 
 /// The root mean square error over seeds, the mean error and the root mean square of what is stated.
 fn over_seeds(datum: &Object, part: &Object, number: usize, truth: f64, noise: f64) -> (f64, f64, f64) {
-    let found: Vec<WithoutNoise> = (0..ROUNDS)
+    let rounds = rounds();
+    let found: Vec<WithoutNoise> = (0..rounds)
         .map(|seed| relations_of(datum, part, &mut ChaCha8Rng::seed_from_u64(seed), noise)[number].without_noise)
         .collect();
-    let mean = |of: &dyn Fn(&WithoutNoise) -> f64| found.iter().map(of).sum::<f64>() / ROUNDS as f64;
+    let mean = |of: &dyn Fn(&WithoutNoise) -> f64| found.iter().map(of).sum::<f64>() / rounds as f64;
     let rms = mean(&|w| (w.corrected - truth).powi(2)).sqrt();
     (rms, mean(&|w| w.corrected - truth), mean(&|w| w.uncertainty.powi(2)).sqrt())
 }
 
-/// 150 rounds know a root mean square to 6 %.
-const ROUNDS: u64 = 150;
+/// 150 rounds know a root mean square to 6 %, 50 to 10 %.
+fn rounds() -> u64 {
+    repeats(50, 150)
+}
 
 #[test]
 fn uncertainties_are_the_errors_over_seeds() {
@@ -202,7 +206,8 @@ fn uncertainties_are_the_errors_over_seeds() {
             let (rms, mean, stated) = over_seeds(datum, part, number, truth, 0.1);
             println!("{name} {truth:.3}: off by {mean:.4}, rms {rms:.4}, stated {stated:.4}");
             // Of none the stated one is a quarter larger: it does not know that there is none.
-            assert!((stated / rms - 1.0).abs() < 0.3, "{name} of {truth}: {stated} is stated, {rms} is found");
+            let room = if rounds() < 100 { 0.45 } else { 0.3 };
+            assert!((stated / rms - 1.0).abs() < room, "{name} of {truth}: {stated} is stated, {rms} is found");
             assert!(mean.abs() < 0.7 * rms, "{name} of {truth}: off by {mean} on average");
         }
     }
