@@ -27,8 +27,8 @@ pub struct Sag {
 }
 
 /// The sag at every texel, positive where the scan's triangle lies outside; NaN where it is not known: without a
-/// distance, or where a triangle bridges an edge. Millimetres. `hits` are the places that the texels have their distances
-/// from, `feet` those of the scan's points on the surface.
+/// distance, or where a triangle bridges an edge. Millimetres. `hits` are the places that the texels have their
+/// distances from, `feet` those of the scan's points on the surface.
 ///
 /// A texel at p with the unit normal n sees a triangle at the weights w of its corners, whose feet on the surface are
 /// f. If the thing has the model's curvature, its surface between the corners is parallel to the model's, and the
