@@ -30,12 +30,15 @@ pub(super) fn summary(summary: &Summary, rows: &[Row]) -> String {
     }
     let named = |row: usize| rows.get(row).map_or("", |row| row.name.as_str());
     for outlying in summary.outlying.iter().take(MOST_LISTED) {
+        let series = summary.series.iter().find(|series| series.name == outlying.quantity);
+        let (factor, unit) = series.map_or((1.0, ""), shown_unit);
+        let shown = |x: f64| format!("{} {unit}", table::number(x * factor)).trim_end().to_owned();
         out.push_str(&format!(
             "outlying: {}, {} {} where the median is {} ({:+.1} robust standard deviations)\n",
             named(outlying.row),
             outlying.quantity,
-            table::number(outlying.value),
-            table::number(outlying.median),
+            shown(outlying.value),
+            shown(outlying.median),
             outlying.score
         ));
     }
@@ -55,9 +58,14 @@ fn more(out: &mut String, count: usize) {
     }
 }
 
-/// The row of a quantity: angles in degrees.
+/// The unit in which a quantity is shown, and the factor to it: angles are in degrees.
+fn shown_unit(series: &Series) -> (f64, &str) {
+    if series.unit == "rad" { (1f64.to_degrees(), "deg") } else { (1.0, series.unit.as_str()) }
+}
+
+/// The row of a quantity.
 fn quantity(series: &Series) -> Vec<String> {
-    let (factor, unit) = if series.unit == "rad" { (1f64.to_degrees(), "deg") } else { (1.0, series.unit.as_str()) };
+    let (factor, unit) = shown_unit(series);
     let shown = |x: f64| table::number(x * factor);
     let mut cells = vec![series.name.clone(), unit.to_owned(), series.values.len().to_string()];
     match &series.effects {

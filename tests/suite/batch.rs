@@ -1,6 +1,6 @@
 //! Many scans: what a batch finds beside the truth, and what is left of it when it is ended.
 
-use crate::support::{fails, gmlc, gmlc_in, json, parameter};
+use crate::support::{fails, gmlc, gmlc_in, json, parameter, text};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
@@ -283,6 +283,11 @@ model stub {
 }
 ";
 
+/// The taper of each stub in degrees: one is another object.
+fn stub_taper(i: i32) -> f64 {
+    if i == 3 { 6.0 } else { 3.0 }
+}
+
 /// Objects lie anywhere: the pose of the scan before says nothing, and a fit that begins there may end upside down,
 /// with every point near it.
 #[test]
@@ -293,16 +298,19 @@ fn a_series_of_objects_that_lie_anywhere_is_not_upside_down() {
     fs::create_dir(at.join("scans")).expect("made");
     for i in 0..5 {
         let [r, taper, seed] =
-            [format!("r={}mm", 25.0 + 0.1 * f64::from(i % 5)), "taper=3deg".to_owned(), i.to_string()];
+            [format!("r={}mm", 25.0 + 0.1 * f64::from(i % 5)), format!("taper={}deg", stub_taper(i)), i.to_string()];
         let args = ["scan", "stub.gml", "-p", &r, "-p", &taper, "--spacing", "2mm", "--noise", "0.05mm", "-q"];
         gmlc(at, &[&args[..], &["--seed", &seed, "-o", &format!("scans/stub_{i}.ply")]].concat());
     }
     let series = ["--start-from", "previous"];
-    gmlc_in(at, &[&["batch", "stub.gml", "scans", "-o", "out"], &FAST[..], &series].concat());
-    for row in table(&at.join("out")) {
+    let output = gmlc_in(at, &[&["batch", "stub.gml", "scans", "-o", "out"], &FAST[..], &series].concat());
+    for (i, row) in (0..).zip(table(&at.join("out"))) {
         let taper = figure(&row, "param.taper").to_degrees();
-        assert!((taper - 3.0).abs() < 0.2, "{}: {taper} deg", row["name"]);
+        assert!((taper - stub_taper(i)).abs() < 0.2, "{}: {taper} deg", row["name"]);
     }
+    let said = text(&output.stdout);
+    let outlying = said.lines().find(|line| line.starts_with("outlying: stub_3, taper 6."));
+    assert!(outlying.is_some_and(|line| line.matches(" deg").count() == 2), "{said}");
 }
 
 /// What is measured once counts once, also where a file became the copy of another one after both had a result.

@@ -1,7 +1,7 @@
 //! The examples. The commands of their READMEs draw the picture, scan the model with other parameters than its
 //! defaults, and inspect the scan from the defaults. The fit must find the parameters of the scan.
 
-use crate::support::{commands, copy, gmlc, gmlc_in, json, parameter, root, text};
+use crate::support::{commands, copy, gmlc, gmlc_in, is_thorough, json, parameter, root, text};
 use gml_compiler::program::{Options, Program, compile};
 use gml_compiler::source::{NoFiles, SourceFile};
 use gml_runtime::mesh::TriangleMesh;
@@ -83,11 +83,12 @@ fn textures_are_well_used_and_their_texels_alike() {
 #[test]
 fn walls_of_the_examples_do_not_pass_through_each_other() {
     let mut random = ChaCha8Rng::seed_from_u64(7);
+    let others = if is_thorough() { 12 } else { 4 };
     for name in EXAMPLES.iter().chain(&["cup"]) {
         let program = example_program(name);
         let defaults: Vec<f64> = program.parameters().iter().map(|p| p.default).collect();
         let shapes =
-            std::iter::once(defaults.clone()).chain((0..12).map(|_| middle_half(&program, &defaults, &mut random)));
+            std::iter::once(defaults.clone()).chain((0..others).map(|_| middle_half(&program, &defaults, &mut random)));
         let mut most = 0.0_f64;
         for x in shapes {
             // Shapes that a `require` rules out are no shapes.

@@ -1,6 +1,6 @@
 //! The whole pipeline: a virtual or a real scan is inspected.
 
-use crate::support::{example, fails, gmlc, json, parameter, test_data};
+use crate::support::{example, fails, gmlc, is_thorough, json, parameter, test_data};
 use std::path::Path;
 use tempfile::tempdir;
 
@@ -147,6 +147,10 @@ fn the_reference_scan_of_the_cup() {
 /// mm where the scanner saw nothing.
 #[test]
 fn the_real_scan_of_a_mug() {
+    if !is_thorough() {
+        println!("skipped: it takes two minutes, and GMLC_THOROUGH is not set");
+        return;
+    }
     let Some(data) = test_data() else { return };
     let folder = tempdir().expect("a folder");
     let scan = data.join("scans/ycb_025_mug.ply").display().to_string();
