@@ -94,7 +94,8 @@ def fit_many(
     :param paths: the scans, which travel as paths: workers must be able to read them. It may be a generator; only a few
         scans are handed out ahead
     :param executor: whose workers do it: ``dask.distributed.Client.get_executor()`` or any other executor of
-        ``concurrent.futures``; by default processes of this machine, which end with the work
+        ``concurrent.futures``; by default processes of this machine, which end with the work. In a file that is run,
+        the loop then stands under ``if __name__ == "__main__":``, since each of them reads the file once more
     :param inspect_to: a folder; then every scan is inspected, with its results in a folder of its own in there
     :param workers: workers of the executor, by which scans are handed out ahead; by default the processors here
     :param options: those of :func:`fit`, or of :func:`inspect`
