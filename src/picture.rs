@@ -34,8 +34,7 @@ pub(crate) struct Framing {
 impl Framing {
     /// An invisible distance between a chord and the surface, in millimetres: a fifth of a pixel.
     pub(crate) fn chord(&self, program: &Program, instance: &dyn Instance) -> Result<f64, EvaluationError> {
-        let coarse = Tessellation::uniform(program, instance, 12, 12)?;
-        let diagonal = coarse.mesh.bounds().diagonal();
+        let diagonal = Tessellation::rough_diagonal(program, instance, 12)?;
         let pixels = self.width.max(self.height) as f64;
         Ok(if diagonal > 0.0 && diagonal.is_finite() { 0.2 * diagonal / pixels } else { 0.02 })
     }

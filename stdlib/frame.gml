@@ -10,17 +10,23 @@
 /// transform((1mm, 2mm, 3mm), |p| p * 2)                    // = (2, 4, 6) mm
 /// norm(transform(sphere(5mm), |p| p * 2)(0.3, 0.6))        // = 10 mm
 /// ```
-fn transform(shape, f) = each(shape, |s|
+fn transform(shape, f) = each(shape, |s| _mapped(s, f))
+
+/// What f makes of a surface, a curve or a point.
+fn _mapped(s, f) =
   if arity(s) == 2 { |u, v| f(s(u, v)) }
   else if arity(s) == 1 { |t| f(s(t)) }
-  else { f(s) })
+  else { f(s) }
+
+/// As transform, where `back` undoes f: a solid stays one.
+fn _moved(shape, f, back) = each_solid(shape, |s| _mapped(s, f), |inside| |p| inside(back(p)))
 
 /// The shape moved by a vector of lengths.
 /// ```gml
 /// (1mm, 2mm, 3mm).translate((10mm, 0mm, 0mm))                // = (11, 2, 3) mm
 /// line((0mm, 0mm), (2mm, 0mm)).translate((0mm, 5mm))(0.5)    // = (1, 5) mm
 /// ```
-fn translate(shape, by) = transform(shape, |p| p + by)
+fn translate(shape, by) = _moved(shape, |p| p + by, |p| p - by)
 
 /// The shape turned about an axis through the origin, by the right-hand rule; in the plane counterclockwise.
 /// ```gml
@@ -31,7 +37,11 @@ fn translate(shape, by) = transform(shape, |p| p + by)
 fn rotate(shape, angle: angle, axis = (0, 0, 1)) {
   let rotation = axis_angle(axis, angle)
   let (c, s) = (cos(angle), sin(angle))
-  transform(shape, |p| if len(p) == 2 { (p.x * c - p.y * s, p.x * s + p.y * c) } else { rotation(p) })
+  _moved(
+    shape,
+    |p| if len(p) == 2 { (p.x * c - p.y * s, p.x * s + p.y * c) } else { rotation(p) },
+    axis_angle(axis, -angle),
+  )
 }
 
 /// The shape turned about an axis through the point `center`; in the plane about the point.
@@ -48,13 +58,21 @@ fn rotate_about(shape, center, angle: angle, axis = (0, 0, 1)) =
 /// (1mm, 2mm, 3mm).scale(z: 0.5)   // = (1, 2, 1.5) mm
 /// ```
 fn scale(shape, by: real = 1, x: real = by, y: real = by, z: real = by) =
-  transform(shape, |p| if len(p) == 2 { (p.x * x, p.y * y) } else { (p.x * x, p.y * y, p.z * z) })
+  _moved(
+    shape,
+    |p| if len(p) == 2 { (p.x * x, p.y * y) } else { (p.x * x, p.y * y, p.z * z) },
+    |p| (p.x / x, p.y / y, p.z / z),
+  )
 
 /// The shape stretched along x, y and z by the components of a vector.
 /// ```gml
 /// (1mm, 2mm, 3mm).stretch((1, 2, 3))   // = (1, 4, 9) mm
 /// ```
-fn stretch(shape, by: vec3) = transform(shape, |p| (p.x * by.x, p.y * by.y, p.z * by.z))
+fn stretch(shape, by: vec3) = _moved(
+  shape,
+  |p| (p.x * by.x, p.y * by.y, p.z * by.z),
+  |p| (p.x / by.x, p.y / by.y, p.z / by.z),
+)
 
 /// The shape mirrored in the plane through the point `through` at right angles to `normal` (in the plane: in that
 /// line). A surface's u runs backwards then, so that its outer side stays outside.
@@ -64,10 +82,14 @@ fn stretch(shape, by: vec3) = transform(shape, |p| (p.x * by.x, p.y * by.y, p.z 
 /// (1mm, 2mm).mirror((0, 1))                                  // = (1, -2) mm
 /// dot(cylinder(2mm, 5mm).mirror().normal(0, 0.5), (-1, 0, 0))   // = 1
 /// ```
-fn mirror(shape, normal = (1, 0, 0), through = normal * 0mm) = each(shape, |s|
-  if arity(s) == 2 { |u, v| _mirrored(s(1 - u, v), normal, through) }
-  else if arity(s) == 1 { |t| _mirrored(s(t), normal, through) }
-  else { _mirrored(s, normal, through) })
+fn mirror(shape, normal = (1, 0, 0), through = normal * 0mm) = each_solid(
+  shape,
+  |s|
+    if arity(s) == 2 { |u, v| _mirrored(s(1 - u, v), normal, through) }
+    else if arity(s) == 1 { |t| _mirrored(s(t), normal, through) }
+    else { _mirrored(s, normal, through) },
+  |inside| |p| inside(_mirrored(p, normal, through)),
+)
 
 /// A point, mirrored.
 fn _mirrored(p, normal, through) = through + reflect(p - through, normal)
@@ -170,7 +192,10 @@ fn inverse_rotation(rotation) {
 /// norm(pose((2mm, 0mm, 1mm)) - (8mm, 0mm, 1mm)) < 1e-9mm   // = true
 /// norm(pose(sphere(2mm))(0.2, 0) - (10mm, 0mm, -2mm)) < 1e-9mm   // = true
 /// ```
-fn place(origin, rotation = unturned) = |shape| transform(shape, |p| origin + rotation(p))
+fn place(origin, rotation = unturned) {
+  let back = inverse_rotation(rotation)
+  |shape| _moved(shape, |p| origin + rotation(p), |p| back(p - origin))
+}
 
 /// The frame at `origin` whose z axis points to `target` and whose y axis lies on the side of `up`, which must not be
 /// parallel to the z axis.
@@ -212,8 +237,12 @@ fn inverse(frame) {
   let x = (frame((1mm, 0mm, 0mm)) - origin) / 1mm
   let y = (frame((0mm, 1mm, 0mm)) - origin) / 1mm
   let z = (frame((0mm, 0mm, 1mm)) - origin) / 1mm
-  |shape| transform(shape, |p| {
-    let q = p - origin
-    (dot(x, q), dot(y, q), dot(z, q))
-  })
+  |shape| _moved(
+    shape,
+    |p| {
+      let q = p - origin
+      (dot(x, q), dot(y, q), dot(z, q))
+    },
+    frame,
+  )
 }

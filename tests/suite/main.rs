@@ -37,6 +37,7 @@ mod saved;
 mod scan_colours;
 mod search;
 mod several;
+mod solids;
 #[cfg(unix)]
 mod signals;
 mod support;

@@ -33,7 +33,11 @@ pub(crate) enum Builtin {
     Loop,
     Sum,
     Each,
+    EachSolid,
     Arity,
+    Keep,
+    Solid,
+    Inside,
 }
 
 /// Name, function, names of its parameters.
@@ -66,6 +70,10 @@ const TABLE: &[(&str, Builtin, &[&str])] = &[
     ("loop", Builtin::Loop, &["init", "count", "f"]),
     ("sum", Builtin::Sum, &["xs"]),
     ("each", Builtin::Each, &["shape", "f"]),
+    ("each_solid", Builtin::EachSolid, &["shape", "f", "of_inside"]),
+    ("keep", Builtin::Keep, &["point", "where"]),
+    ("solid", Builtin::Solid, &["surfaces", "inside"]),
+    ("inside", Builtin::Inside, &["solid"]),
     ("arity", Builtin::Arity, &["f"]),
 ];
 
@@ -119,6 +127,9 @@ impl<'a> Checker<'a> {
             (Builtin::Fold, Some(xs), Some(f)) => self.fold(first, xs, f, span),
             (Builtin::Loop, Some(count), Some(f)) => self.fold_count(first, count, f, span),
             (Builtin::Each, Some(f), None) => self.each(first, f, span),
+            (Builtin::EachSolid, Some(f), Some(of_inside)) => self.each_solid(first, f, of_inside, span),
+            (Builtin::Keep, Some(value), None) => self.keep_point(first, value, span),
+            (Builtin::Solid, Some(inside), None) => self.make_solid(first, inside, span),
             (Builtin::Atan2, Some(x), None) => self.atan2(first, x, span),
             (_, None, None) => self.builtin_of_one(builtin, first, span),
             _ => error(span),
@@ -133,6 +144,7 @@ impl<'a> Checker<'a> {
             Builtin::Rounded(op) => self.rounded(builtin, op, x, span),
             Builtin::Sum => self.sum_of(x, span),
             Builtin::Len => self.len(&x, span),
+            Builtin::Inside => self.inside_of(x, span),
             Builtin::Stop => self.stop(x, span),
             Builtin::Arity => {
                 let n = if let Type::Closure(id) = x.ty { self.arity(id) } else { 0 };

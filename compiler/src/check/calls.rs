@@ -2,6 +2,7 @@
 
 use super::context::{Callee, Checker, error, known};
 use super::expressions::element;
+use super::solids::INSIDE;
 use super::typed::{Call, Expr, ExprKind, FunctionId, Type};
 use super::types::ClosureId;
 use crate::diagnostic::{Code, Diagnostic, Edit};
@@ -111,7 +112,7 @@ impl<'a> Checker<'a> {
         let message = format!("{} has no '.{}'", self.describe(&value.ty), name.text);
         let diagnostic = Diagnostic::new(Code::UnknownField, name.span, message);
         let fields: Vec<&str> = match &value.ty {
-            Type::Record(fields) => fields.iter().map(|(n, _)| &**n).collect(),
+            Type::Record(fields) => fields.iter().map(|(n, _)| &**n).filter(|n| *n != INSIDE).collect(),
             _ => Vec::new(),
         };
         let diagnostic = match (nearest(&name.text, fields.iter().copied()), &value.ty) {

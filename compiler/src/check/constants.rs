@@ -94,7 +94,7 @@ pub(super) fn int_binary(op: BinaryOp, a: i64, b: i64) -> Result<Option<Type>, &
         BinaryOp::Div if b == 0 => return Err("division by 0"),
         BinaryOp::Div => return Ok(None),
         BinaryOp::Compare(op) => return Ok(Some(Type::Bool(Some(op.holds(a, b))))),
-        BinaryOp::And | BinaryOp::Or => return Ok(None),
+        BinaryOp::And | BinaryOp::Or | BinaryOp::Common => return Ok(None),
     };
     Ok(Some(Type::Int(Some(value))))
 }

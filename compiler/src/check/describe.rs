@@ -1,6 +1,7 @@
 //! Types in the user's words.
 
 use super::context::{Callee, Checker};
+use super::solids::is_solid;
 use super::types::{Dimension, Type};
 
 impl Checker<'_> {
@@ -17,6 +18,9 @@ impl Checker<'_> {
             Type::Array(_, 0) => "an empty array".to_owned(),
             Type::Array(element, n) => format!("an array of {n} ({} each)", self.describe(element)),
             Type::Record(fields) => {
+                if is_solid(ty) {
+                    return "a solid".to_owned();
+                }
                 let names: Vec<&str> = fields.iter().map(|(name, _)| &**name).collect();
                 format!("a record with {}", names.join(", "))
             }

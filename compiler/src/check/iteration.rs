@@ -4,6 +4,7 @@ use super::bindings::wrap;
 use super::context::{Checker, error, int, known};
 use super::expressions::element;
 use super::operators::is_number;
+use super::solids::INSIDE;
 use super::typed::{Expr, ExprKind, Statement, Type};
 use crate::diagnostic::{Code, Diagnostic, Edit};
 use crate::source::Span;
@@ -223,14 +224,25 @@ impl<'a> Checker<'a> {
     }
 
     /// `each(shape, f)`: f of a function, a number or a vector; of anything that holds such, f of each in it.
+    /// What is inside of a solid is left out, and so no solid is left.
     pub(super) fn each(&mut self, shape: Expr, f: Expr, span: Span) -> Expr {
         let mut statements = Vec::new();
         let f = self.keep(f, &mut statements);
-        let value = self.each_inner(shape, &f, span);
+        let value = self.each_inner(shape, &f, None, span);
         wrap(statements, value, span)
     }
 
-    fn each_inner(&mut self, shape: Expr, f: &Expr, span: Span) -> Expr {
+    /// `each_solid(shape, f, of_inside)`: as `each`, and `of_inside` of the function of what is inside of a solid, which
+    /// stays one.
+    pub(super) fn each_solid(&mut self, shape: Expr, f: Expr, of_inside: Expr, span: Span) -> Expr {
+        let mut statements = Vec::new();
+        let f = self.keep(f, &mut statements);
+        let of_inside = self.keep(of_inside, &mut statements);
+        let value = self.each_inner(shape, &f, Some(&of_inside), span);
+        wrap(statements, value, span)
+    }
+
+    fn each_inner(&mut self, shape: Expr, f: &Expr, of_inside: Option<&Expr>, span: Span) -> Expr {
         let single = match &shape.ty {
             Type::Tuple(types) => types.iter().all(is_number),
             Type::Array(..) | Type::Record(_) => false,
@@ -244,19 +256,28 @@ impl<'a> Checker<'a> {
         let whole = self.keep(shape, &mut statements);
         let value = match ty {
             Type::Record(fields) => {
-                let values = fields
-                    .iter()
-                    .enumerate()
-                    .map(|(i, (name, _))| (&**name, self.each_inner(element(whole.clone(), i), f, span)))
-                    .collect();
+                let mut values = Vec::new();
+                for (i, (name, _)) in fields.iter().enumerate() {
+                    let value = element(whole.clone(), i);
+                    values.push((
+                        &**name,
+                        match of_inside {
+                            Some(g) if &**name == INSIDE => self.call_with(g.clone(), vec![value], span),
+                            None if &**name == INSIDE => continue,
+                            _ => self.each_inner(value, f, of_inside, span),
+                        },
+                    ));
+                }
                 self.make_record(values, span)
             }
             Type::Tuple(types) => {
-                let values = (0..types.len()).map(|i| self.each_inner(element(whole.clone(), i), f, span)).collect();
+                let item = |i| self.each_inner(element(whole.clone(), i), f, of_inside, span);
+                let values = (0..types.len()).map(item).collect();
                 self.make_tuple(values, span)
             }
             Type::Array(_, n) => {
-                let values = (0..n).map(|i| self.each_inner(element(whole.clone(), i), f, span)).collect();
+                let item = |i| self.each_inner(element(whole.clone(), i), f, of_inside, span);
+                let values = (0..n).map(item).collect();
                 self.array(values, span)
             }
             _ => error(span),

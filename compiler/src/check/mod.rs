@@ -41,6 +41,7 @@ mod params;
 mod parts;
 mod print;
 pub(crate) mod signature;
+mod solids;
 pub(crate) mod stdlib;
 pub mod typed;
 pub mod types;

@@ -4,6 +4,7 @@ use super::comparisons::comparison;
 use super::constants::{exponent_of, int_binary};
 use super::context::{Checker, boolean, error, int, known};
 use super::convert::{exponent_error, is_bare_literal};
+use super::solids::{Operation, is_solid};
 use super::typed::{Binary, Expr, ExprKind, Type, Unary};
 use super::types::Dimension;
 use crate::diagnostic::{Code, Diagnostic, Edit};
@@ -28,6 +29,11 @@ impl<'a> Checker<'a> {
         if let (Type::Int(x), Type::Int(y)) = (&a.ty, &b.ty) {
             return self.ints(op, (*x, *y), a, b, span);
         }
+        if let Some(operation) = Operation::of(op)
+            && (operation == Operation::Intersection || is_solid(&a.ty) || is_solid(&b.ty))
+        {
+            return self.combine(operation, a, b, span);
+        }
         match op {
             BinaryOp::Add | BinaryOp::Sub => self.sum(op, a, b, span),
             BinaryOp::Mul => self.product(a, b, span),
@@ -35,7 +41,7 @@ impl<'a> Checker<'a> {
             BinaryOp::Rem => self.remainder(a, b, span),
             BinaryOp::Pow => self.power(a, b, span),
             BinaryOp::Compare(op) => self.compare(op, a, b, span),
-            BinaryOp::And | BinaryOp::Or => error(span),
+            BinaryOp::And | BinaryOp::Or | BinaryOp::Common => error(span),
         }
     }
 
@@ -79,6 +85,7 @@ impl<'a> Checker<'a> {
             }
             BinaryOp::Pow => return self.power(a, b, span),
             BinaryOp::Compare(op) => return comparison(op, a, b, span),
+            BinaryOp::Common => return self.combine(Operation::Intersection, a, b, span),
             BinaryOp::And | BinaryOp::Or => return error(span),
         };
         binary(op, a, b, Type::INT, span)
@@ -179,7 +186,7 @@ impl<'a> Checker<'a> {
             }
             (Type::Closure(f), Type::Closure(g)) => {
                 return diagnostic.hint(if self.arity(*f) == 2 && self.arity(*g) == 2 {
-                    "surfaces cannot be combined: make each a part of its own"
+                    "surfaces cannot be combined: make each a part of its own, or make solids of them: solid(faces, inside)"
                 } else {
                     "add what they give: |t| a(t) + b(t)"
                 });

@@ -6,7 +6,7 @@ use super::{DiffError, check_size};
 use crate::ir::builder::{Image, Rebuild, Step};
 use crate::ir::scalar::Scalar;
 use crate::ir::worklist::Worklist;
-use crate::ir::{Function, FunctionBuilder, FunctionId, Module, Op, Parameter, Type, Value};
+use crate::ir::{Binary, Function, FunctionBuilder, FunctionId, Module, Op, Parameter, Type, Value};
 use std::collections::BTreeMap;
 
 /// The tangents of a value by direction; the value does not change in a direction that is missing.
@@ -113,6 +113,8 @@ impl<'m> Forward<'m> {
                     let (results, tangents) = self.structured(b, &op, &operands);
                     (Image::Many(results), tangents)
                 }
+                // The derivative of a surface is not trimmed.
+                Op::Binary(Binary::Keep, a, _) => (Image::One(*a), vec![operands[0].clone()]),
                 op => {
                     let value = b.emit(op, node.ty);
                     let real = node.ty == Type::Real;

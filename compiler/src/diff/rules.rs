@@ -196,6 +196,7 @@ fn binary(b: &mut FunctionBuilder, op: Binary, [x, y]: [Value; 2], result: Value
             let quotient = b.binary(Binary::DivOrZero, result, y);
             Factor::Scaling(b.neg(quotient))
         }
-        Binary::Min | Binary::Max | Binary::And | Binary::Or => return None,
+        Binary::Keep if first => Factor::One,
+        Binary::Keep | Binary::Min | Binary::Max | Binary::And | Binary::Or => return None,
     })
 }

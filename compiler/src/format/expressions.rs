@@ -232,8 +232,9 @@ fn level(op: BinaryOp) -> u32 {
         BinaryOp::Or => 0,
         BinaryOp::And => 1,
         BinaryOp::Compare(_) => 2,
-        BinaryOp::Add | BinaryOp::Sub => 3,
-        BinaryOp::Mul | BinaryOp::Div | BinaryOp::Rem => 4,
-        BinaryOp::Pow => 5,
+        BinaryOp::Common => 3,
+        BinaryOp::Add | BinaryOp::Sub => 4,
+        BinaryOp::Mul | BinaryOp::Div | BinaryOp::Rem => 5,
+        BinaryOp::Pow => 6,
     }
 }

@@ -60,6 +60,7 @@ pub(crate) fn binary(op: Binary, a: f64, b: f64) -> Option<f64> {
                 a / b
             }
         }
+        Binary::Keep => a,
         Binary::And | Binary::Or => return None,
     })
 }
@@ -80,7 +81,13 @@ pub(crate) fn binary_int(op: Binary, a: i64, b: i64) -> Option<i64> {
         }
         Binary::Min => a.min(b),
         Binary::Max => a.max(b),
-        Binary::Pow | Binary::Atan2 | Binary::MulOrZero | Binary::DivOrZero | Binary::And | Binary::Or => return None,
+        Binary::Pow
+        | Binary::Atan2
+        | Binary::MulOrZero
+        | Binary::DivOrZero
+        | Binary::Keep
+        | Binary::And
+        | Binary::Or => return None,
     })
 }
 

@@ -25,6 +25,7 @@ pub(crate) mod function;
 pub(crate) mod hoist;
 pub(crate) mod inline;
 pub mod interpret;
+pub(crate) mod keep;
 pub(crate) mod lower;
 pub(crate) mod merge;
 pub(crate) mod operands;

@@ -126,7 +126,7 @@ impl Program {
                 _ => None,
             }
         });
-        met.or_else(|| place.patch.map(|p| self.typed.parts[p].span))
+        met.or_else(|| place.patch.map(|p| self.part_span(p)))
     }
 
     /// `file:line:column: message (where r = 40mm, ...)`.
@@ -145,13 +145,13 @@ impl Program {
             (_, part) => (span, part.map(|part| (part, "the part that it is evaluated for"))),
         };
         if let Some(patch) = place.patch {
-            values.push(format!("in part {}", self.parts[patch].name));
+            values.push(format!("in part {}", self.patches[patch].name));
         }
         if let Some([u, v]) = place.uv {
             values.push(format!("at u = {u}, v = {v}"));
         }
         let all: Vec<u32> = (0..self.parameters.len() as u32).collect();
-        let params = params.unwrap_or_else(|| place.patch.map_or(&all[..], |p| &self.parts[p].active));
+        let params = params.unwrap_or_else(|| place.patch.map_or(&all[..], |p| &self.patches[p].active));
         let shown: Vec<String> =
             params.iter().map(|i| self.parameters[*i as usize].equals(place.x[*i as usize])).collect();
         if !shown.is_empty() {
@@ -176,7 +176,7 @@ impl Program {
 
     /// The statement of the part that was evaluated, where the place of the failure is not within it.
     fn part_outside_of(&self, span: Option<Span>, place: &Place<'_>) -> Option<Span> {
-        let (at, part) = (span?, self.typed.parts[place.patch?].span);
+        let (at, part) = (span?, self.part_span(place.patch?));
         let within = at.file == part.file && part.start <= at.start && at.end <= part.end;
         (!within).then_some(part)
     }
@@ -202,6 +202,7 @@ impl Program {
         let span = match error {
             BuildError::Size(e) => Some(e.span()),
             BuildError::Diff(e) => Some(e.span()),
+            BuildError::RecursiveKeep(span) => Some(*span),
             BuildError::Jit(_) => None,
         };
         self.error(

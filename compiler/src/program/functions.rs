@@ -24,6 +24,8 @@ pub(super) struct ModelFunctions {
     /// The bodies of the parts. Parts that differ in what they capture only have one body: those of a loop.
     pub(super) bodies: Vec<BodyFunction>,
     pub(super) parts: Vec<PartFunctions>,
+    /// The parts that are trimmed. Behind the parts stand, in this order, their functions of where they are there.
+    pub(super) trimmed: Vec<usize>,
     /// `(params..) -> length` of the parts that have a tolerance of their own.
     pub(super) tolerances: Vec<Option<FunctionId>>,
     pub(super) measures: Vec<MeasureFunctions>,

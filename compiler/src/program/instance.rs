@@ -77,7 +77,7 @@ impl<'p> Instance<'p> {
         let program = self.program;
         let evaluator = self.evaluator(false, order)?;
         let captures = self.captures_of(patch, order)?;
-        let width = order.width(&program.parts[patch]);
+        let width = order.width(&program.patches[patch]);
         assert_eq!(v.len(), u.len(), "length of v");
         assert_eq!(Some(out.len()), u.len().checked_mul(width), "length of the output");
         let kernel = evaluator.of_part[patch];
@@ -106,7 +106,7 @@ impl<'p> Instance<'p> {
     ) -> Result<bool, EvaluationError> {
         let evaluator = self.evaluator(true, order)?;
         let mut captures = self.captures_of(patch, order)?;
-        let width = order.width(&self.program.parts[patch]);
+        let width = order.width(&self.program.patches[patch]);
         let length = u.len().checked_mul(v.len()).and_then(|n| n.checked_mul(width));
         assert_eq!(Some(out.len()), length, "length of the output");
         if out.is_empty() {
@@ -190,7 +190,7 @@ impl<'p> Instance<'p> {
         w: [f64; 3],
         sum: &mut [f64],
     ) -> Result<(), EvaluationError> {
-        let active = &self.program.parts[patch].active;
+        let active = &self.program.patches[patch].active;
         let mut jacobian = vec![0.0; 3 * active.len()];
         self.evaluate(patch, Sites::Scattered(&[u], &[v]), Order::Jacobian, &mut jacobian)?;
         for (param, d) in active.iter().zip(jacobian.chunks_exact(3)) {

@@ -54,7 +54,8 @@ use std::sync::Arc;
 /// threads at once.
 pub struct Program {
     parameters: Vec<Parameter>,
-    parts: Vec<Part>,
+    /// The parts, and behind them the functions of where the trimmed ones are there.
+    patches: Vec<Part>,
     measures: Vec<Measure>,
     sources: Sources,
     typed: typed::Model,
@@ -93,7 +94,15 @@ impl Program {
     /// The patches of surface, in order.
     #[must_use]
     pub fn parts(&self) -> &[Part] {
-        &self.parts
+        &self.patches[..self.typed.parts.len()]
+    }
+
+    /// The patch behind the parts whose first coordinate says where a part is there, if it is trimmed: it is there where
+    /// that is positive. The other coordinates are 0.
+    #[must_use]
+    pub fn keep(&self, part: usize) -> Option<usize> {
+        let trim = self.functions.trimmed.binary_search(&part).ok()?;
+        Some(self.typed.parts.len() + trim)
     }
 
     /// The defaults of all parameters.
@@ -124,12 +133,13 @@ impl Program {
         Instance::new(self, x)
     }
 
-    /// Where a part stands in its script.
+    /// Where a part stands in its script; also that of which a patch behind them says where it is there.
     ///
     /// # Panics
-    /// If there is no such part.
+    /// If there is no such patch.
     #[must_use]
     pub fn part_span(&self, part: usize) -> Span {
+        let part = part.checked_sub(self.typed.parts.len()).map_or(part, |trim| self.functions.trimmed[trim]);
         self.typed.parts[part].span
     }
 

@@ -14,6 +14,7 @@ use crate::ir::decisions::decisions;
 use crate::ir::hash::HashMap;
 use crate::ir::hoist::grid::{GridSplit, split_grid};
 use crate::ir::hoist::prelude::split_all;
+use crate::ir::keep::{erase, keep_of};
 use crate::ir::merge::merge_bodies;
 use crate::ir::reassociate::reassociate;
 use crate::ir::separable::decompose;
@@ -33,6 +34,8 @@ pub(super) enum BuildError {
     Diff(#[from] DiffError),
     #[error(transparent)]
     Jit(#[from] JitError),
+    #[error("a surface cannot be trimmed in a function that calls itself at run time")]
+    RecursiveKeep(Span),
 }
 
 impl BuildError {
@@ -41,6 +44,7 @@ impl BuildError {
         match self {
             BuildError::Size(e) => e.diagnostic(),
             BuildError::Diff(e) => e.diagnostic(),
+            BuildError::RecursiveKeep(span) => Diagnostic::new(diagnostic::Code::Recursion, *span, self.to_string()),
             BuildError::Jit(e) => Diagnostic::new(diagnostic::Code::MachineCode, model, e.to_string()),
         }
     }
@@ -69,11 +73,18 @@ pub(super) fn build(
     let made = [(Order::Points, points.with(code.clone(), 0)), (Order::Jacobian, jacobians.with(code.clone(), first))];
     let evaluators = Evaluators::new(options.workers, made);
     done(Stage::MachineCode);
-    let parts = typed.parts.iter().zip(&functions.parts).map(|(part, functions)| Part {
+    let active = |patch: usize| functions.parts[patch].jacobian.active.clone();
+    let parts = typed.parts.iter().enumerate().map(|(i, part)| Part {
         name: part.name.clone(),
         group: part.group.clone(),
-        active: functions.jacobian.active.clone(),
+        active: active(i),
     });
+    let mut patches: Vec<Part> = parts.collect();
+    for (i, part) in functions.trimmed.iter().enumerate() {
+        let Part { name, group, .. } = &patches[*part];
+        let (name, group) = (format!("{name}.keep"), group.clone());
+        patches.push(Part { name, group, active: active(typed.parts.len() + i) });
+    }
     let measures = typed.measures.iter().map(|m| Measure {
         name: m.name.clone(),
         doc: m.doc.clone(),
@@ -82,7 +93,7 @@ pub(super) fn build(
         span: m.span,
     });
     Ok(Program {
-        parts: parts.collect(),
+        patches,
         measures: measures.collect(),
         parameters,
         sources: sources.clone(),
@@ -100,7 +111,7 @@ fn model_functions(
     LoweredModel { mut module, parts, measures, bounds, requires }: LoweredModel,
     options: &Options,
 ) -> Result<ModelFunctions, BuildError> {
-    let (surfaces, tolerances): (Vec<ParameterFunction>, Vec<Option<FunctionId>>) =
+    let (mut surfaces, tolerances): (Vec<ParameterFunction>, Vec<Option<FunctionId>>) =
         parts.into_iter().map(|p| (p.surface, p.tolerance)).unzip();
     let mut roots: Vec<FunctionId> = surfaces.iter().map(|s| s.function).collect();
     roots.push(bounds);
@@ -112,6 +123,8 @@ fn model_functions(
     diff::expand(&mut module, &roots)?;
     ir::inline(&mut module, &roots)?;
     ir::simplify(&mut module, &roots);
+    let trimmed = keep_functions(&mut module, &mut surfaces)?;
+    erase(&mut module, &roots);
     // Values of the parameters, of u and of v apart. Texts show surfaces as they are before they are decomposed.
     for surface in &surfaces {
         reassociate(&mut module, surface.function, surface.params.len());
@@ -156,10 +169,22 @@ fn model_functions(
         prelude_jacobian,
         bodies,
         parts: parts.collect(),
+        trimmed,
         tolerances,
         measures,
     };
     Ok(functions.drop_unreached(module))
+}
+
+/// Adds to some surfaces the functions of where the trimmed ones are there, and returns which those are.
+fn keep_functions(module: &mut Module, surfaces: &mut Vec<ParameterFunction>) -> Result<Vec<usize>, BuildError> {
+    let functions: Vec<FunctionId> = surfaces.iter().map(|s| s.function).collect();
+    let keeps = keep_of(module, &functions).map_err(BuildError::RecursiveKeep)?;
+    let trimmed: Vec<usize> = (0..keeps.len()).filter(|i| keeps[*i].is_some()).collect();
+    for (i, function) in keeps.iter().enumerate().filter_map(|(i, keep)| Some((i, (*keep)?))) {
+        surfaces.push(ParameterFunction { function, ..surfaces[i].clone() });
+    }
+    Ok(trimmed)
 }
 
 /// An evaluator before its code.

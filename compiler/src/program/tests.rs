@@ -1,5 +1,7 @@
 //! What programs are made of: parts that are alike share their functions, and nothing grows faster than the script.
 
+mod trimmed;
+
 use super::{Compilation, EmitStage, Options, Order, Program, Sites, compile};
 use crate::ir::FunctionId;
 use crate::source::{NoFiles, SourceFile};

@@ -42,7 +42,7 @@ impl Program {
     pub fn derivative_text(&self, wrt: Option<&str>) -> String {
         let mut text = String::new();
         let mut module = Module::clone(&self.functions.module);
-        for (part, functions) in self.parts.iter().zip(&self.functions.parts) {
+        for (part, functions) in self.patches.iter().zip(&self.functions.parts) {
             let chosen =
                 |i: u32| part.active.contains(&i) && wrt.is_none_or(|name| self.parameters[i as usize].name == name);
             let surface = &functions.surface;
@@ -84,7 +84,7 @@ impl Program {
                     continue;
                 }
             };
-            for (part, function) in self.parts.iter().zip(&evaluator.of_part) {
+            for (part, function) in self.patches.iter().zip(&evaluator.of_part) {
                 let title = format!("{}: {}", part.name, order.name());
                 write_function(&mut text, &title, &evaluator.module, evaluator.functions[*function]);
             }

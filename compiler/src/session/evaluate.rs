@@ -120,7 +120,9 @@ fn data(model: &typed::Model, asked: &Asked, ty: &Type, scalars: &mut dyn Iterat
         Type::Tuple(types) => Data::Tuple(types.iter().map(|t| data(model, asked, t, scalars)).collect()),
         Type::Array(t, n) => Data::Array((0..*n).map(|_| data(model, asked, t, scalars)).collect()),
         Type::Record(fields) => {
-            Data::Record(fields.iter().map(|(name, t)| (name.to_string(), data(model, asked, t, scalars))).collect())
+            let fields = fields.iter().map(|(name, t)| (name.to_string(), data(model, asked, t, scalars)));
+            // What is inside of a solid has no name.
+            Data::Record(fields.filter(|(name, _)| !name.is_empty()).collect())
         }
         Type::Closure(id) => {
             for (_, ty) in &model.closures[id.0 as usize].captures {

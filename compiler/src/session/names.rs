@@ -109,7 +109,9 @@ impl Session {
         let texts = self.texts;
         let fields = self.with_expression(text, loader, |_, _, asked| {
             Ok(match &asked.ty {
-                Type::Record(fields) => fields.iter().map(|(name, _)| name.to_string()).collect(),
+                Type::Record(fields) => {
+                    fields.iter().map(|(name, _)| name.to_string()).filter(|name| !name.is_empty()).collect()
+                }
                 Type::Tuple(parts) if parts.len() <= 3 => {
                     ["x", "y", "z"].iter().take(parts.len()).map(|n| (*n).to_owned()).collect()
                 }

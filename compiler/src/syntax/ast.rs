@@ -420,6 +420,8 @@ pub enum BinaryOp {
     Div,
     Rem,
     Pow,
+    /// `&`: what two solids have in common.
+    Common,
     Compare(Compare),
     And,
     Or,

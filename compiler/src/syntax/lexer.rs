@@ -42,7 +42,7 @@ struct Lexer<'t> {
 const WINDOW: usize = 4096;
 
 /// Unknown characters that stand for an operator: how it is written here, its token, and the help.
-const CHARACTERS: [(&str, &str, Token, &str); 14] = [
+const CHARACTERS: [(&str, &str, Token, &str); 12] = [
     ("×", "*", Token::Star, "a product is written with '*'"),
     ("·", "*", Token::Star, "a product is written with '*'"),
     ("÷", "/", Token::Slash, "a quotient is written with '/'"),
@@ -54,13 +54,12 @@ const CHARACTERS: [(&str, &str, Token, &str); 14] = [
     ("≠", "!=", Token::NotEq, "'not equal' is written '!='"),
     ("→", "->", Token::Arrow, "an arrow is written '->'"),
     ("…", "..", Token::DotDot, "a range is written 'from..to'"),
-    ("&&", "and", Token::And, "conditions are joined with 'and'"),
-    ("&", "and", Token::And, "conditions are joined with 'and'"),
     ("!", "not ", Token::Not, "a condition is negated with 'not'"),
 ];
 
 /// Operators of other languages that begin with a token of this one, likewise.
-const OPERATORS: [(&str, &str, Token, &str); 5] = [
+const OPERATORS: [(&str, &str, Token, &str); 6] = [
+    ("&&", "and", Token::And, "conditions are joined with 'and'"),
     ("**", "^", Token::Caret, "a power is written 'a ^ b'"),
     ("||", "or", Token::Or, "conditions are joined with 'or'"),
     (":=", "=", Token::Equals, "write '=' to give a value a name"),

@@ -223,6 +223,7 @@ impl BinaryOp {
             BinaryOp::Div => "/",
             BinaryOp::Rem => "%",
             BinaryOp::Pow => "^",
+            BinaryOp::Common => "&",
             BinaryOp::Compare(op) => op.sign(),
             BinaryOp::And => "and",
             BinaryOp::Or => "or",

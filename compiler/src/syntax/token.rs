@@ -65,6 +65,8 @@ pub(crate) enum Token {
     Percent,
     #[token("^")]
     Caret,
+    #[token("&")]
+    Ampersand,
     #[token("==")]
     EqEq,
     #[token("!=")]
@@ -195,7 +197,18 @@ impl Token {
         use Token::*;
         matches!(
             self,
-            Plus | Minus | Star | Slash | Percent | Caret | EqEq | NotEq | Less | LessEq | Greater | GreaterEq
+            Plus | Minus
+                | Star
+                | Slash
+                | Percent
+                | Caret
+                | Ampersand
+                | EqEq
+                | NotEq
+                | Less
+                | LessEq
+                | Greater
+                | GreaterEq
         ) || matches!(self, DotDot | Dot | Equals | Arrow | And | Or | In)
     }
 

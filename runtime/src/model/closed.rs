@@ -6,6 +6,7 @@ use super::tessellation::intervals;
 use super::winding::solid_angle;
 use super::{EvaluationError, Fineness, Instance, Model, Tessellation};
 use crate::mesh::{TriangleMesh, tetrahedron};
+use std::collections::HashMap;
 use std::f64::consts::PI;
 
 /// How the borders of a model's parts meet.
@@ -34,16 +35,22 @@ pub struct OpenBorder {
 /// Chord of the triangles whose volume's sign is asked for, as a fraction of the model's diagonal.
 const CHORD: f64 = 0.01;
 
+/// The same of models with trimmed parts, whose triangles also say where the edges of parts meet.
+const CHORD_OF_TRIMMED: f64 = 0.001;
+
 impl Closedness {
     /// Looks at the borders of all parts.
     ///
     /// # Errors
     /// The surface cannot be evaluated.
     pub fn of(model: &dyn Model, instance: &dyn Instance) -> Result<Self, EvaluationError> {
+        if (0..model.parts().len()).any(|part| model.keep(part).is_some()) {
+            return Self::of_trimmed(model, instance);
+        }
         let of_patch = |patch| intervals::of_patch(instance, patch, &Breaks::of_patch(instance, patch)?);
         let axes = (0..model.parts().len()).map(of_patch).collect::<Result<Vec<_>, _>>()?;
         let borders = Borders::find(instance, &axes)?;
-        let mut closedness = Self { open: open_borders(instance, &borders)?, ..Self::default() };
+        let open = open_borders(instance, &borders)?;
         let mut joints = Joints { neighbours: vec![Vec::new(); axes.len()] };
         for curve in borders.curves().filter(|curve| curve.len() == 2) {
             let [a, b] = [0, 1].map(|k| &borders.pieces[curve[k]]);
@@ -51,6 +58,29 @@ impl Closedness {
             joints.neighbours[a.patch].push((b.patch, agree));
             joints.neighbours[b.patch].push((a.patch, agree));
         }
+        let mesh = || {
+            let fineness = Fineness { chord: CHORD * borders.diagonal(), ..Fineness::default() };
+            Ok(Tessellation::new(model, instance, fineness)?.mesh)
+        };
+        Self::of_joints(&joints, open, mesh)
+    }
+
+    /// The same of a model with trimmed parts: by the edges of its triangles.
+    fn of_trimmed(model: &dyn Model, instance: &dyn Instance) -> Result<Self, EvaluationError> {
+        let diagonal = Tessellation::rough_diagonal(model, instance, 8)?;
+        let fineness = Fineness { chord: CHORD_OF_TRIMMED * diagonal, ..Fineness::default() };
+        let mesh = Tessellation::new(model, instance, fineness)?.mesh;
+        let (joints, open) = joined(&mesh);
+        Self::of_joints(&joints, open, || Ok(mesh))
+    }
+
+    /// Which parts are inside out, by how they are joined; `mesh` makes triangles whose volume is asked for.
+    fn of_joints(
+        joints: &Joints,
+        open: Vec<OpenBorder>,
+        mesh: impl FnOnce() -> Result<TriangleMesh, EvaluationError>,
+    ) -> Result<Self, EvaluationError> {
+        let mut closedness = Self { open, ..Self::default() };
         let mut closed = Vec::new();
         for component in joints.components() {
             let turned = component.iter().filter(|(_, turned)| *turned).count();
@@ -64,8 +94,7 @@ impl Closedness {
             closed.push(component);
         }
         if !closed.is_empty() {
-            let fineness = Fineness { chord: CHORD * borders.diagonal(), ..Fineness::default() };
-            let mesh = Tessellation::new(model, instance, fineness)?.mesh;
+            let mesh = mesh()?;
             for (body, outwards) in closed.iter().zip(outwards(&mesh, &closed)) {
                 let contrary: Vec<usize> = body.iter().filter(|(_, t)| *t == outwards).map(|(p, _)| *p).collect();
                 if contrary.len() == body.len() {
@@ -102,6 +131,48 @@ fn open_borders(instance: &dyn Instance, borders: &Borders) -> Result<Vec<OpenBo
         last = Some(curve[0]);
     }
     Ok(open)
+}
+
+/// How the patches of a mesh meet at the edges of its triangles, and the edges without a neighbour, by patch.
+fn joined(mesh: &TriangleMesh) -> (Joints, Vec<OpenBorder>) {
+    let number = mesh.position_numbers();
+    let mut sides: HashMap<[u32; 2], Vec<(usize, bool)>> = HashMap::new();
+    let mut lengths = HashMap::new();
+    for (patch, group) in mesh.groups.iter().enumerate() {
+        for triangle in &mesh.triangles[group.start..group.end] {
+            let corners = mesh.corners(*triangle);
+            for k in 0..3 {
+                let next = (k + 1) % 3;
+                let [a, b] = [triangle[k], triangle[next]].map(|i| number[i as usize]);
+                if a != b {
+                    let edge = [a.min(b), a.max(b)];
+                    sides.entry(edge).or_default().push((patch, a < b));
+                    lengths.insert(edge, corners[k].distance(corners[next]));
+                }
+            }
+        }
+    }
+    let mut joints = Joints { neighbours: vec![Vec::new(); mesh.groups.len()] };
+    let mut open = vec![0.0; mesh.groups.len()];
+    let mut edges: Vec<_> = sides.into_iter().collect();
+    edges.sort_unstable();
+    for (edge, of_edge) in edges {
+        match of_edge[..] {
+            [(a, forth), (b, back)] if a != b => {
+                joints.neighbours[a].push((b, forth != back));
+                joints.neighbours[b].push((a, forth != back));
+            }
+            [(patch, _)] => open[patch] += lengths[&edge],
+            _ => {}
+        }
+    }
+    joints.neighbours.iter_mut().for_each(|neighbours| {
+        neighbours.sort_unstable();
+        neighbours.dedup();
+    });
+    let open = open.into_iter().enumerate().filter(|(_, length)| *length > 0.0);
+    let side = || "no other part meets it".to_owned();
+    (joints, open.map(|(patch, length)| OpenBorder { patch, side: side(), length }).collect())
 }
 
 /// Patches that have a border in common, and whether their outer sides agree along it.

@@ -75,7 +75,7 @@ impl Material {
     /// The surface cannot be evaluated.
     pub fn new(model: &dyn Model, instance: &dyn Instance) -> Result<Self, EvaluationError> {
         let inverted = Closedness::of(model, instance)?.inverted;
-        let diagonal = Tessellation::uniform(model, instance, ROUGH, ROUGH)?.mesh.bounds().diagonal();
+        let diagonal = Tessellation::rough_diagonal(model, instance, ROUGH)?;
         Self::of(model, instance, &inverted, diagonal)
     }
 

@@ -20,6 +20,7 @@ mod spacing;
 mod surface;
 mod tessellation;
 mod texels;
+mod trimmed;
 mod winding;
 
 pub use atlas::{Atlas, AtlasError, Chart, LARGEST, SMALLEST};
@@ -40,4 +41,5 @@ pub use surface::{Instance, Model, Partials, SecondPartials};
 pub(crate) use tessellation::unit_normals;
 pub use tessellation::{Fineness, SurfacePoint, Tessellation};
 pub use texels::Texels;
+pub(crate) use trimmed::require_whole;
 pub(crate) use winding::Winding;

@@ -16,6 +16,10 @@ impl Model for Program {
         Program::parts(self)
     }
 
+    fn keep(&self, part: usize) -> Option<usize> {
+        Program::keep(self, part)
+    }
+
     fn bounds(&self, x: &[f64]) -> Vec<(f64, f64)> {
         Program::bounds(self, x)
     }

@@ -39,6 +39,12 @@ pub trait Model: Sync {
     fn parameters(&self) -> &[Parameter];
     /// Its patches, in order.
     fn parts(&self) -> &[Part];
+    /// The patch behind the parts whose first coordinate says where a part is there, if it is trimmed: it is there where
+    /// that is positive.
+    fn keep(&self, part: usize) -> Option<usize> {
+        let _ = part;
+        None
+    }
     /// Bounds of every parameter at x (a bound may depend on earlier parameters); infinite where there is none.
     fn bounds(&self, x: &[f64]) -> Vec<(f64, f64)>;
     /// The Jacobian of the bounds at x: an entry for each pair of a parameter and another one that its bounds depend

@@ -23,7 +23,7 @@ impl FunctionBuilder {
             (Binary::Pow, _) => self.simpler_pow(a, b),
             (Binary::MulOrZero, _) => self.simpler_mul_or_zero(a, b),
             (Binary::DivOrZero, _) => self.simpler_div_or_zero(a, b),
-            (Binary::Rem | Binary::Atan2, _) => None,
+            (Binary::Rem | Binary::Atan2 | Binary::Keep, _) => None,
         }
     }
 

@@ -192,6 +192,7 @@ impl FunctionBuilder {
     /// An operation with two operands.
     pub fn binary(&mut self, op: Binary, a: Value, b: Value) -> Value {
         if let (Some(x), Some(y)) = (self.constant(a), self.constant(b))
+            && op != Binary::Keep
             && let Some(z) = scalar::binary(op, x, y)
             && z.is_finite()
         {

@@ -98,6 +98,7 @@ fn binary(op: Binary, a: Properties, b: Properties, same: bool) -> Properties {
             Properties { finite: finite && b.nonzero, nonnegative: a.nonnegative && b.nonnegative, nonzero: false }
         }
         Binary::Min | Binary::Max => both(a, b),
+        Binary::Keep => a,
         Binary::Sub | Binary::Atan2 => unknown,
         Binary::Rem | Binary::And | Binary::Or => Properties::default(),
     }

@@ -118,7 +118,7 @@ pub(super) fn binary(op: Binary, a: &Text, b: &Text) -> Text {
         Binary::Pow => power(a, b),
         Binary::And => infix("and", Level::And, Level::And),
         Binary::Or => infix("or", Level::Or, Level::Or),
-        Binary::Atan2 | Binary::Min | Binary::Max => call(&super::lower(op), &[a, b]),
+        Binary::Atan2 | Binary::Min | Binary::Max | Binary::Keep => call(&super::lower(op), &[a, b]),
     }
 }
 

@@ -39,6 +39,7 @@ impl Lowering<'_, '_, '_> {
             Binary::Div => self.builder.ins().fdiv(a, b),
             Binary::Min => self.builder.ins().fmin(a, b),
             Binary::Max => self.builder.ins().fmax(a, b),
+            Binary::Keep => a,
             Binary::MulOrZero => {
                 let product = self.builder.ins().fmul(a, b);
                 self.zero_where_zero(a, product)

@@ -16,7 +16,7 @@ const ROUNDING: f64 = 1e-12;
 const SMALL: f64 = 1e-6;
 
 pub(super) fn probe(program: &Program) -> Vec<Diagnostic> {
-    if program.parts.is_empty() {
+    if program.parts().is_empty() {
         return Vec::new();
     }
     let steep = with_derivatives(program).unwrap_or_default();
@@ -29,7 +29,7 @@ fn with_derivatives(program: &Program) -> Result<Vec<usize>, EvaluationError> {
     let instance = program.instantiate(&program.defaults())?;
     let (u, v) = points(0);
     let mut steep = Vec::new();
-    for (k, part) in program.parts.iter().enumerate() {
+    for (k, part) in program.patches.iter().enumerate() {
         let n = part.active.len();
         let mut jacobian = vec![0.0; 3 * n * u.len()];
         instance.evaluate(k, Sites::Scattered(&u, &v), Order::Jacobian, &mut jacobian)?;
@@ -58,8 +58,8 @@ enum Effect {
 
 fn finding(program: &Program, i: usize) -> Option<Diagnostic> {
     let name = &program.parameters[i].name;
-    let users: Vec<usize> = (0..program.parts.len()).filter(|p| program.influences(*p).any(|j| i == j)).collect();
-    let active = program.parts.iter().any(|p| p.active.contains(&(i as u32)));
+    let users: Vec<usize> = (0..program.parts().len()).filter(|p| program.influences(*p).any(|j| i == j)).collect();
+    let active = program.patches.iter().any(|p| p.active.contains(&(i as u32)));
     let warning = |message: String, hint| {
         Some(Diagnostic::new(Code::NoInfluence, program.parameters[i].span, message).hint(hint))
     };
@@ -80,7 +80,7 @@ fn finding(program: &Program, i: usize) -> Option<Diagnostic> {
         ),
         (Effect::Decides, false) => warning(format!("the parameter '{name}' only decides: {zero}"), usual),
         (Effect::Moves(part), false) => {
-            let part = &program.parts[part].name;
+            let part = &program.patches[part].name;
             warning(
                 format!("the parameter '{name}' moves the part '{part}', but {zero}, as after `stop`"),
                 "a fit cannot find its value; use it without `stop`, or make it an input",

@@ -32,7 +32,7 @@ const BUDGET: u64 = 20_000_000;
 
 pub(super) fn probe(program: &Program) -> Vec<Diagnostic> {
     let mut probe = Probe { program, budget: BUDGET, found: Vec::new(), seen: HashSet::new() };
-    for part in 0..program.parts.len() {
+    for part in 0..program.parts().len() {
         if decides(&program.functions.module, program.functions.parts[part].surface.function) {
             // Not the active ones: what only decides has no derivative.
             let params: Vec<usize> = program.influences(part).collect();
@@ -258,7 +258,7 @@ impl Probe<'_> {
         let aside = ASIDE * line.length();
         // A kink in a bound itself disturbs nothing.
         let inside = change.at - ASIDE > 0.0 && change.at + ASIDE < 1.0;
-        let active = &self.program.parts[line.part].active;
+        let active = &self.program.patches[line.part].active;
         let side = |sign: f64| {
             let x = line.at((change.at + sign * ASIDE).clamp(0.0, 1.0));
             let instance = self.program.instantiate(&x).ok()?;
@@ -286,7 +286,7 @@ impl Probe<'_> {
     }
 
     fn jump(&mut self, line: &Line, change: &Change, params: &[usize], by: f64) -> Diagnostic {
-        let part = &self.program.parts[line.part].name;
+        let part = &self.program.patches[line.part].name;
         let by = length(by);
         let place = self.place(line, change, params);
         let (message, hint) = if self.wanders(line, change) {
@@ -309,7 +309,7 @@ impl Probe<'_> {
     }
 
     fn kink(&self, line: &Line, change: &Change, param: usize, by: usize) -> Diagnostic {
-        let (part, by) = (&self.program.parts[line.part].name, &self.program.parameters[by].name);
+        let (part, by) = (&self.program.patches[line.part].name, &self.program.parameters[by].name);
         let place = self.place(line, change, &[param]);
         let message = format!(
             "the derivative of the part '{part}' with respect to '{by}' jumps where {place}; its value does not"

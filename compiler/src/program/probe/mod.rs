@@ -36,7 +36,7 @@ impl Program {
             |steps: [f64; 5]| -> (Vec<f64>, Vec<f64>) { steps.iter().flat_map(|u| steps.map(|v| (*u, v))).unzip() };
         let (u, v) = grid([0.02, 0.27, 0.5, 0.73, 0.98]);
         let with_borders = grid([0.0, 0.27, 0.5, 0.73, 1.0]);
-        for (k, part) in self.parts.iter().enumerate() {
+        for (k, part) in self.patches.iter().enumerate() {
             let mut out = vec![0.0; u.len() * 9.max(3 * part.active.len())];
             instance.evaluate(k, Sites::Scattered(&u, &v), Order::Points, &mut out[..3 * u.len()])?;
             instance.evaluate(k, Sites::Scattered(&u, &v), Order::Partials, &mut out[..9 * u.len()])?;

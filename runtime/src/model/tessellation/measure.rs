@@ -9,7 +9,7 @@ use rayon::prelude::*;
 /// Barycentric coordinates of the places at which a triangle is measured, the middles of its edges first. The distance
 /// between a smooth surface and a triangle of second order has its maximum in the middle of an edge or near the centre;
 /// the others are for what is not smooth.
-const PLACES: [[f64; 3]; 13] = [
+pub(super) const PLACES: [[f64; 3]; 13] = [
     [0.5, 0.5, 0.0],
     [0.0, 0.5, 0.5],
     [0.5, 0.0, 0.5],

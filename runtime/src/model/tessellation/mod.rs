@@ -7,6 +7,7 @@
 //! first at the creases that no line of u or v follows (`crease`), then anywhere (`refine`).
 
 pub(super) mod borders;
+mod corner;
 mod crease;
 mod grade;
 mod grid;
@@ -15,8 +16,10 @@ mod measure;
 mod piece;
 mod refine;
 mod resolve;
+mod stitch;
 #[cfg(test)]
 mod tests;
+mod trim;
 
 use super::atlas::Atlas;
 use super::breaks::Breaks;
@@ -125,7 +128,8 @@ impl Tessellation {
             of_patch[first.patch].push((first, all));
         }
         let mut tessellation = Self::of_axes(instance, &axes, &of_patch, borders.tolerance)?;
-        tessellation.refine(instance, &axes, &breaks, borders.poles(axes.len()), fineness, progress)?;
+        let keeps: Vec<Option<usize>> = (0..axes.len()).map(|patch| model.keep(patch)).collect();
+        tessellation.refine(instance, &axes, &breaks, borders.poles(axes.len()), fineness, (&keeps, progress))?;
         tessellation.group(model, &axes);
         Ok(tessellation)
     }
@@ -141,6 +145,20 @@ impl Tessellation {
         let mut tessellation = Self::of_axes(instance, &axes, &vec![Vec::new(); axes.len()], 0.0)?;
         tessellation.group(model, &axes);
         Ok(tessellation)
+    }
+
+    /// The diagonal of the box around a model, by grids of the same number of segments for every patch; around what is
+    /// there, where patches are trimmed. Millimetres.
+    ///
+    /// # Errors
+    /// The surface cannot be evaluated.
+    pub fn rough_diagonal(model: &dyn Model, instance: &dyn Instance, segments: u32) -> Result<f64, EvaluationError> {
+        let whole = Self::uniform(model, instance, segments, segments)?.mesh.bounds().diagonal();
+        if (0..model.parts().len()).all(|part| model.keep(part).is_none()) {
+            return Ok(whole);
+        }
+        let fineness = Fineness { chord: f64::INFINITY, max_segments: segments, ..Fineness::default() };
+        Ok(Self::new(model, instance, fineness)?.mesh.bounds().diagonal())
     }
 
     /// Tessellates every patch on a grid of the same number of segments, whatever its shape.
@@ -185,7 +203,7 @@ impl Tessellation {
         breaks: &[Breaks],
         poles: Vec<Vec<Side>>,
         fineness: Fineness,
-        progress: &dyn Progress,
+        (keeps, progress): (&[Option<usize>], &dyn Progress),
     ) -> Result<(), EvaluationError> {
         let patch = |t: &[u32; 3]| self.origins[t[0] as usize].patch;
         let patches = self.mesh.triangles.iter().map(patch).collect();
@@ -202,8 +220,26 @@ impl Tessellation {
             most_triangles,
             jump: 0.0,
         };
-        self.chord = refinement.run(progress)?;
+        let chord = refinement.run(progress)?;
+        refinement.trim(keeps)?;
+        self.chord = chord;
+        if keeps.iter().any(Option::is_some) {
+            self.drop_unused();
+        }
         Ok(())
+    }
+
+    /// Drops vertices that no triangle has.
+    fn drop_unused(&mut self) {
+        let mut used = vec![false; self.origins.len()];
+        self.mesh.triangles.iter().flatten().for_each(|i| used[*i as usize] = true);
+        let mut place = vec![u32::MAX; used.len()];
+        let kept: Vec<usize> = (0..used.len()).filter(|i| used[*i]).collect();
+        kept.iter().enumerate().for_each(|(new, old)| place[*old] = new as u32);
+        self.origins = kept.iter().map(|i| self.origins[*i]).collect();
+        self.mesh.positions = kept.iter().map(|i| self.mesh.positions[*i]).collect();
+        self.mesh.normals = kept.iter().map(|i| self.mesh.normals[*i]).collect();
+        self.mesh.triangles.iter_mut().flatten().for_each(|i| *i = place[*i as usize]);
     }
 
     /// Puts vertices and triangles in the order of the patches, which become groups, and finds the lines.

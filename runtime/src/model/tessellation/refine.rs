@@ -82,7 +82,11 @@ impl Refinement<'_> {
 
     /// Divides edges at fractions from the point with the lower number on, and the triangles at them. Returns the
     /// triangles that are to be measured: new ones.
-    fn divide(&mut self, points: &mut Points, cuts: &HashMap<Edge, f64>) -> Result<Vec<usize>, EvaluationError> {
+    pub(super) fn divide(
+        &mut self,
+        points: &mut Points,
+        cuts: &HashMap<Edge, f64>,
+    ) -> Result<Vec<usize>, EvaluationError> {
         let mut new_vertices: HashMap<Edge, u32> = HashMap::new();
         let mut wanted: Vec<(Edge, Edge, f64)> = Vec::new();
         let mut touched = Vec::new();
@@ -249,13 +253,13 @@ pub(super) struct Points {
 }
 
 impl Points {
-    fn of(mesh: &TriangleMesh) -> Self {
+    pub(super) fn of(mesh: &TriangleMesh) -> Self {
         let of_vertex = mesh.position_numbers();
         let count = of_vertex.iter().max().map_or(0, |last| last + 1);
         Self { of_vertex, count }
     }
 
-    fn add(&mut self) -> u32 {
+    pub(super) fn add(&mut self) -> u32 {
         self.count += 1;
         self.count - 1
     }

@@ -2,6 +2,7 @@
 
 mod adversary;
 mod chords;
+mod trimmed;
 
 use super::*;
 use crate::model::Closedness;
