@@ -25,7 +25,7 @@ pub(crate) fn summary(report: &VarianceReport) -> String {
         ]
     };
     let mut rows = vec![row("all", &report.overall)];
-    rows.extend(report.parts.iter().map(|p| row(&p.name, &p.statistics)));
+    rows.extend(report.parts_with_surface().map(|p| row(&p.name, &p.statistics)));
     let headings =
         ["part", "area mm2", "coverage", "mean mm", "sd mm", "signed mean mm", "rms mm", "95 % mm", "max mm"];
     let mut out = table::render(&headings, &rows);

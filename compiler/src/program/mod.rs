@@ -105,6 +105,12 @@ impl Program {
         Some(self.typed.parts.len() + trim)
     }
 
+    /// The parameters that the function of where a part is there depends on, ascending; none if it is not trimmed.
+    #[must_use]
+    pub fn keep_active(&self, part: usize) -> &[u32] {
+        self.keep(part).map_or(&[], |keep| &self.patches[keep].active)
+    }
+
     /// The defaults of all parameters.
     #[must_use]
     pub fn defaults(&self) -> Vec<f64> {

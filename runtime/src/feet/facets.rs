@@ -1,6 +1,7 @@
 //! The model's surface as facets.
 
 use super::layout::{Layout, bounds};
+use super::trim::{Crossed, Keep};
 use super::tree::{Tree, triangle_closest};
 use super::tuning::GRAZING;
 use crate::mesh::Bounds;
@@ -11,6 +12,8 @@ use glam::DVec3;
 pub(crate) struct Facets<'a> {
     pub(super) layout: &'a Layout,
     pub(super) positions: Vec<[f64; 3]>,
+    /// By vertex, positive where a trimmed patch is there; empty if none is trimmed.
+    pub(super) keeps: Vec<Keep>,
     pub(super) tree: Tree,
     /// Patches that could not be evaluated here; they are never found.
     pub(crate) absent: usize,
@@ -42,7 +45,47 @@ impl Facets<'_> {
                 self.positions[grid.vertices()].fill([f64::NAN; 3]);
             }
         }
-        self.layout.refit(&mut self.tree, &self.positions);
+        self.refit();
+    }
+
+    /// Fits the tree to what is there.
+    pub(super) fn refit(&mut self) {
+        let mut tree = std::mem::take(&mut self.tree);
+        tree.refit(bounds(&self.positions), |quad| {
+            let absent = !self.keeps.is_empty() && self.keeps_of(quad as u32).iter().all(|keep| !keep.is_there());
+            if absent { [DVec3::NAN; 4] } else { self.quad(quad as u32) }
+        });
+        self.tree = tree;
+    }
+
+    fn keeps_of(&self, quad: u32) -> [Keep; 4] {
+        self.layout.quads[quad as usize].vertices.map(|v| self.keeps[v as usize])
+    }
+
+    /// A triangle of a facet whose corners are given, if the edge of a trimmed patch crosses it, or it is not there.
+    fn crossed(&self, quad: u32, corners: [usize; 3]) -> Option<Crossed> {
+        if self.keeps.is_empty() {
+            return None;
+        }
+        let vertices = corners.map(|k| self.layout.quads[quad as usize].vertices[k] as usize);
+        let keep = vertices.map(|v| self.keeps[v]);
+        let whole = keep.iter().all(Keep::is_there);
+        (!whole).then(|| Crossed { keep, uv: vertices.map(|v| self.layout.uv[v]) })
+    }
+
+    /// The point nearest to q of what is there of a triangle of a facet, whose corners are given: as their weights, and
+    /// its squared distance. None where nothing of it is there.
+    pub(super) fn closest(
+        &self,
+        q: DVec3,
+        quad: u32,
+        corners: [usize; 3],
+        [a, b, c]: [DVec3; 3],
+    ) -> Option<([f64; 3], f64)> {
+        match self.crossed(quad, corners) {
+            None => Some(triangle_closest(q, a, b, c)),
+            Some(crossed) => crossed.closest(q, [a, b, c]),
+        }
     }
 
     /// The corners of a facet.
@@ -55,9 +98,35 @@ impl Facets<'_> {
         self.positions.iter().map(|p| DVec3::from_array(*p))
     }
 
-    /// The corners of all facets that exist.
+    /// The function of what is there of trimmed patches at their vertices: in the library's solids it changes by no more
+    /// than the surfaces that cut them move.
+    pub(crate) fn keeps(&self) -> impl Iterator<Item = f64> {
+        self.keeps.iter().map(|keep| keep.value).filter(|value| value.is_finite())
+    }
+
+    /// The corners of all facets that exist, and of what is there of those that are trimmed: of a triangle the last one
+    /// twice.
     pub(crate) fn quads(&self) -> impl Iterator<Item = [DVec3; 4]> {
-        let quads = (0..self.layout.quads.len() as u32).map(|quad| self.quad(quad));
+        let of_quad = |quad: u32| -> Vec<[DVec3; 4]> {
+            let corners = self.quad(quad);
+            let triangles = [[0, 1, 2], [0, 2, 3]].map(|k| (k, self.crossed(quad, k)));
+            if triangles.iter().all(|(_, crossed)| crossed.is_none()) {
+                return vec![corners];
+            }
+            let mut quads = Vec::new();
+            for (k, crossed) in triangles {
+                let position = |w: [f64; 3]| (0..3).map(|c| corners[k[c]] * w[c]).sum::<DVec3>();
+                match crossed {
+                    None => quads.push([corners[k[0]], corners[k[1]], corners[k[2]], corners[k[2]]]),
+                    Some(crossed) => {
+                        let pieces = crossed.pieces().into_iter().flatten();
+                        quads.extend(pieces.map(|piece| piece.map(position)).map(|[a, b, c]| [a, b, c, c]));
+                    }
+                }
+            }
+            quads
+        };
+        let quads = (0..self.layout.quads.len() as u32).flat_map(of_quad);
         quads.filter(|quad| quad.iter().all(|corner| corner.is_finite()))
     }
 
@@ -66,15 +135,17 @@ impl Facets<'_> {
         let mut least = limit * limit;
         self.tree.visit(q, least, |quad, limit| {
             let c = self.quad(quad as u32);
-            let (_, first) = triangle_closest(q, c[0], c[1], c[2]);
-            let (_, second) = triangle_closest(q, c[0], c[2], c[3]);
-            least = limit.min(first).min(second);
+            least = limit;
+            for corners in [[0, 1, 2], [0, 2, 3]] {
+                let nearest = self.closest(q, quad as u32, corners, corners.map(|k| c[k]));
+                least = nearest.map_or(least, |(_, d2)| least.min(d2));
+            }
             least
         });
         least.sqrt()
     }
 
-    /// The box around all facets, if there are any.
+    /// The box around all vertices, if there are any.
     pub(crate) fn bounds(&self) -> Option<Bounds> {
         Some(bounds(&self.positions)).filter(|bounds| bounds.size().max_element() > 0.0)
     }
@@ -82,15 +153,12 @@ impl Facets<'_> {
     /// Area-weighted centre of the facets, and the radius of gyration about it. Millimetres.
     pub(crate) fn moments(&self) -> (DVec3, f64) {
         let (mut sum, mut area, mut second) = (DVec3::ZERO, 0.0, 0.0);
-        for quad in 0..self.layout.quads.len() {
-            let c = self.quad(quad as u32);
+        for c in self.quads() {
             let a = 0.5 * ((c[2] - c[0]).cross(c[3] - c[1])).length();
             let m = (c[0] + c[1] + c[2] + c[3]) / 4.0;
-            if a.is_finite() {
-                sum += m * a;
-                area += a;
-                second += a * m.length_squared();
-            }
+            sum += m * a;
+            area += a;
+            second += a * m.length_squared();
         }
         let centre = sum / area.max(f64::MIN_POSITIVE);
         (centre, (second / area.max(f64::MIN_POSITIVE) - centre.length_squared()).max(0.0).sqrt())

@@ -17,8 +17,11 @@ pub(crate) struct Foot {
     pub(crate) point: DVec3,
     /// dS/du x dS/dv, not of unit length; zero at a pole.
     pub(crate) normal: DVec3,
-    /// Squared distance.
+    /// Squared distance; infinite where nothing of the patch is there.
     pub(crate) d2: f64,
+    /// What the edge of a trimmed patch holds: half of `d2` changes by so much less as the function of what is there
+    /// grows by one. Zero within the patch.
+    pub(crate) hold: f64,
 }
 
 /// The iteration of one foot point.
@@ -125,7 +128,7 @@ impl Search<'_> {
             }
             (iteration.home, iteration.crossed, iteration.looked) = (numbers, None, 0);
         }
-        *foot = Foot { uv: iteration.trial, point, normal: du.cross(dv), d2 };
+        *foot = Foot { uv: iteration.trial, point, normal: du.cross(dv), d2, ..Foot::default() };
         if rests {
             return self.cross(iteration, foot);
         }
@@ -213,7 +216,8 @@ fn finish(
         let least = (tolerance * tolerance).max(1e-16 * d2);
         if gain <= least {
             let rests = off_saddle(at, within, gradient, metric, r, second, least).is_none();
-            return rests.then(|| Foot { uv: stepped(uv, walked, within), point: here, normal: du.cross(dv), d2 });
+            let uv = stepped(uv, walked, within);
+            return rests.then(|| Foot { uv, point: here, normal: du.cross(dv), d2, ..Foot::default() });
         }
         step = next;
     }

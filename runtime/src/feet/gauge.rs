@@ -1,7 +1,10 @@
 //! The resolution that a patch's grid of facets needs.
 
 use super::domain::{Domain, Stretch};
-use super::tuning::{CELLS_OF_SIZE, CURVATURE_CELLS, LEAST_CURVATURE_CELLS, MOST_CELLS, MOST_STRETCHES};
+use super::trim::divide_at_slivers;
+use super::tuning::{
+    CELLS_OF_SIZE, CURVATURE_CELLS, LEAST_CURVATURE_CELLS, MOST_CELLS, MOST_STRETCHES, TRIMMED_CELLS_OF_SIZE,
+};
 use crate::model::{Breaks, Instance};
 use glam::DVec3;
 
@@ -13,6 +16,8 @@ pub(super) struct Gauge {
     pub(super) domain: Domain,
     /// The chord error of the cells, both directions together. Millimetres.
     pub(super) sagitta: f64,
+    /// How far the edge of a trimmed patch may be from that of its facets, about. Millimetres.
+    pub(super) edge_error: f64,
     /// Whether the patch has breaks, so that the chord error is better measured.
     pub(super) is_broken: bool,
 }
@@ -45,12 +50,51 @@ impl Lines {
         }
         lines
     }
+
+    /// The same with some cells divided.
+    pub(super) fn finer(&self, divided: impl Fn(usize) -> bool, parts: usize) -> Self {
+        let mut lines = Self { at: vec![self.at[0]], has_facets: Vec::new() };
+        for (cell, ends) in self.at.windows(2).enumerate() {
+            let parts = if divided(cell) { parts } else { 1 };
+            lines.at.extend((1..parts).map(|c| ends[0] + c as f64 / parts as f64 * (ends[1] - ends[0])));
+            lines.at.push(ends[1]);
+            lines.has_facets.resize(lines.at.len() - 1, self.has_facets[cell]);
+        }
+        lines
+    }
+
+    /// The first and the last line of every cell, among those after all cells with facets were divided.
+    pub(super) fn ends(&self, parts: usize) -> Vec<[usize; 2]> {
+        let mut first = 0;
+        let ends = |has_facets: &bool| {
+            let start = first;
+            first += if *has_facets { parts } else { 1 };
+            [start, first]
+        };
+        self.has_facets.iter().map(ends).collect()
+    }
 }
 
 impl Gauge {
     /// Chord error h^2 |S''| / 8 from second differences on a coarse grid; beside it no cell longer than a tenth of the
-    /// size, so that boxes stay small. Between breaks each stretch by itself.
-    pub(super) fn of(instance: &dyn Instance, patch: usize, tolerance: f64, size: f64) -> Self {
+    /// size, so that boxes stay small. Between breaks each stretch by itself. A patch that is trimmed has the patch
+    /// `keep` of where it is there, and smaller cells.
+    pub(super) fn of(
+        instance: &dyn Instance,
+        (patch, keep): (usize, Option<usize>),
+        tolerance: f64,
+        size: f64,
+    ) -> Self {
+        let mut gauge = Self::of_whole(instance, patch, tolerance, size, keep.is_some());
+        if let Some(keep) = keep {
+            let cell = size / TRIMMED_CELLS_OF_SIZE;
+            gauge.edge_error = cell * divide_at_slivers(instance, keep, &mut gauge.lines);
+        }
+        gauge
+    }
+
+    fn of_whole(instance: &dyn Instance, patch: usize, tolerance: f64, size: f64, trimmed: bool) -> Self {
+        let cells_of_size = if trimmed { TRIMMED_CELLS_OF_SIZE } else { CELLS_OF_SIZE };
         let breaks = Breaks::of_patch(instance, patch).unwrap_or_default();
         let is_broken = breaks != Breaks::default();
         let domain = Domain::new(&breaks);
@@ -68,7 +112,7 @@ impl Gauge {
             let (bends, gap) = lattice.bends(k);
             let need = |b: &Bend| {
                 let by_bend = b.cells as f64 * (b.difference / (8.0 * tolerance)).sqrt();
-                let by_length = CELLS_OF_SIZE * b.length / size;
+                let by_length = cells_of_size * b.length / size;
                 by_bend.max(by_length).ceil().clamp(1.0, MOST_CELLS) as usize
             };
             let mut cells: Vec<usize> = bends.iter().map(need).collect();
@@ -80,7 +124,7 @@ impl Gauge {
             closed[k] = is_long && gap < 1e-9 * size && is_bent;
             lines[k] = Lines::new(stretches[k], &cells);
         }
-        Self { lines, domain: domain.closing(closed), sagitta, is_broken }
+        Self { lines, domain: domain.closing(closed), sagitta, is_broken, ..Self::default() }
     }
 }
 

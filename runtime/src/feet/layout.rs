@@ -2,12 +2,15 @@
 //! tree of boxes that is built once a level and refitted at every evaluation.
 
 use super::domain::Domain;
+use super::edge::Trimmed;
 use super::facets::Facets;
+use super::foot::{Foot, foot_points};
 use super::gauge::{Gauge, Lines};
 use super::tree::{Tree, triangle_closest};
+use super::trim::{Keep, keeps_on_grid};
 use super::tuning::FARTHEST;
 use crate::mesh::Bounds;
-use crate::model::{Instance, Model};
+use crate::model::{EvaluationError, Instance, Model};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -24,6 +27,8 @@ pub(crate) struct Layout {
     /// Largest distance of a facet from the exact surface, at the shape that the layout was made for; estimated from
     /// second differences, and of patches with breaks measured as well. Millimetres.
     pub(crate) sagitta: f64,
+    /// How far the edge of a trimmed patch may be from that of its facets, about. Millimetres; 0 where none is trimmed.
+    pub(crate) edge_error: f64,
 }
 
 /// The grid of one patch.
@@ -36,6 +41,8 @@ pub(super) struct Grid {
     v: Lines,
     /// What foot points may cross, and where they stop.
     domain: Domain,
+    /// The patch of the function that is positive where this one is there, if it is trimmed.
+    keep: Option<usize>,
 }
 
 /// Vertices in the order (u, v), (u+, v), (u+, v+), (u, v+): counter-clockwise about dS/du x dS/dv.
@@ -72,7 +79,8 @@ impl Layout {
         size: f64,
         chosen: impl Fn(usize) -> bool + Sync,
     ) -> Self {
-        let gauge = |patch: usize| chosen(patch).then(|| Gauge::of(instance, patch, tolerance, size));
+        let gauge =
+            |patch: usize| chosen(patch).then(|| Gauge::of(instance, (patch, model.keep(patch)), tolerance, size));
         let gauges: Vec<Option<Gauge>> = (0..model.parts().len()).into_par_iter().map(gauge).collect();
         let mut layout = Self::default();
         let mut broken = Vec::new();
@@ -80,7 +88,9 @@ impl Layout {
             let gauge = gauge.unwrap_or_default();
             layout.sagitta = layout.sagitta.max(gauge.sagitta);
             broken.extend(gauge.is_broken.then_some(patch));
-            layout.push_grid(patch, gauge);
+            let keep = model.keep(patch).filter(|_| chosen(patch));
+            layout.edge_error = layout.edge_error.max(gauge.edge_error);
+            layout.push_grid((patch, keep), gauge);
         }
         let mut positions = vec![[f64::NAN; 3]; layout.uv.len()];
         layout.place(instance, &mut positions);
@@ -94,7 +104,7 @@ impl Layout {
         layout
     }
 
-    fn push_grid(&mut self, patch: usize, gauge: Gauge) {
+    fn push_grid(&mut self, (patch, keep): (usize, Option<usize>), gauge: Gauge) {
         let [u, v] = gauge.lines;
         let first = self.uv.len();
         self.uv.extend(v.at.iter().flat_map(|v| u.at.iter().map(|u| [*u, *v])));
@@ -106,7 +116,7 @@ impl Layout {
                 self.quads.push(Quad { patch: patch as u32, vertices, place: [i as u16, j as u16] });
             }
         }
-        self.grids.push(Grid { first, u, v, domain: gauge.domain });
+        self.grids.push(Grid { first, u, v, domain: gauge.domain, keep });
     }
 
     /// The largest distance of a patch's surface from its facets, at their middles. Millimetres; 0 where it cannot be
@@ -147,18 +157,64 @@ impl Layout {
         absent
     }
 
+    /// By vertex, the function that is positive where a trimmed patch is there; empty if none is trimmed. Where it cannot
+    /// be evaluated nothing is there.
+    fn keeps(&self, instance: &dyn Instance) -> Vec<Keep> {
+        if self.grids.iter().all(|grid| grid.keep.is_none()) {
+            return Vec::new();
+        }
+        let mut keeps = vec![Keep::EVERYWHERE; self.uv.len()];
+        for grid in &self.grids {
+            let Some(keep) = grid.keep else { continue };
+            let of_patch = &mut keeps[grid.vertices()];
+            match keeps_on_grid(instance, keep, &grid.u.at, &grid.v.at) {
+                Ok(found) => of_patch.copy_from_slice(&found),
+                Err(_) => of_patch.fill(Keep::NOWHERE),
+            }
+        }
+        keeps
+    }
+
     /// The facets where `instance` puts them.
     pub(crate) fn facets(&self, instance: &dyn Instance) -> Facets<'_> {
         let mut positions = vec![[f64::NAN; 3]; self.uv.len()];
         let absent = self.place(instance, &mut positions);
-        let mut tree = self.tree.clone();
-        self.refit(&mut tree, &positions);
-        Facets { layout: self, positions, tree, absent }
+        let mut facets =
+            Facets { layout: self, positions, keeps: self.keeps(instance), tree: self.tree.clone(), absent };
+        facets.refit();
+        facets
     }
 
-    pub(super) fn refit(&self, tree: &mut Tree, positions: &[[f64; 3]]) {
-        let facet = |quad: usize| self.quads[quad].vertices.map(|v| DVec3::from_array(positions[v as usize]));
-        tree.refit(bounds(positions), facet);
+    /// The points of a patch nearest to some others, from places near to them: of what is there of it. Those of which
+    /// nothing is there are infinitely far.
+    ///
+    /// # Errors
+    /// The patch cannot be evaluated.
+    pub(crate) fn feet(
+        &self,
+        instance: &dyn Instance,
+        patch: usize,
+        q: &[DVec3],
+        uv: &[[f64; 2]],
+        tolerance: f64,
+    ) -> Result<Vec<Foot>, EvaluationError> {
+        let Grid { domain, keep, u, v, .. } = &self.grids[patch];
+        let mut feet = foot_points(instance, patch, domain, q, uv, tolerance)?;
+        if let Some(keep) = *keep {
+            Trimmed { instance, patch, keep, domain, lines: [&u.at, &v.at], tolerance }.onto_what_is_there(q, uv, &mut feet)?;
+        }
+        Ok(feet)
+    }
+
+    /// Patches that are no more than this farther from a point than the nearest one by facets may be the nearest by
+    /// their exact surfaces. Millimetres.
+    pub(crate) fn rivalry(&self) -> f64 {
+        2.0 * self.sagitta + self.edge_error
+    }
+
+    /// The patch of the function that is positive where a patch is there, if it is trimmed.
+    pub(crate) fn keep(&self, patch: usize) -> Option<usize> {
+        self.grids[patch].keep
     }
 
     /// Whether two facets are the same or share a corner, within one patch.
@@ -173,11 +229,6 @@ impl Layout {
             let apart = a.place[k].abs_diff(b.place[k]) as usize;
             apart <= 1 || (grid.domain.closed[k] && apart + 1 >= cells[k])
         })
-    }
-
-    /// How the parameters of patch `patch` are divided.
-    pub(crate) fn domain(&self, patch: usize) -> &Domain {
-        &self.grids[patch].domain
     }
 }
 

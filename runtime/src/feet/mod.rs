@@ -2,6 +2,7 @@
 //! nearest one is found by a tree; Newton's method leads from there to the foot on the exact surface.
 
 pub(crate) mod domain;
+mod edge;
 pub(crate) mod facets;
 pub(crate) mod foot;
 mod gauge;
@@ -11,4 +12,5 @@ pub(crate) mod signed;
 #[cfg(test)]
 mod tests;
 mod tree;
+mod trim;
 mod tuning;

@@ -2,7 +2,6 @@
 
 use super::facets::{Facets, Facing, Orientation};
 use super::layout::Quad;
-use super::tree::triangle_closest;
 use super::tuning::{GRAZING, LISTED};
 use glam::DVec3;
 
@@ -152,7 +151,7 @@ impl<'s> NearestSearch<'s> {
             if orientation == Orientation::BackFacing {
                 continue;
             }
-            let (weights, d2) = triangle_closest(q, a, b, c);
+            let Some((weights, d2)) = self.facets.closest(q, quad, corners, [a, b, c]) else { continue };
             if d2 > limit.min(least) && d2 > self.least {
                 continue;
             }

@@ -1,7 +1,7 @@
 //! Signed distances of points from a surface: from the exact one of a model, or from the triangles of a mesh.
 
 use super::facets::{Facets, Facing};
-use super::foot::{Foot, foot_points};
+use super::foot::Foot;
 use super::layout::Layout;
 use super::nearest::Query;
 use super::tree::triangle_closest;
@@ -140,8 +140,8 @@ impl<'a> ExactSurface<'a> {
         for (i, (place, except)) in places.iter().zip(except).enumerate() {
             let facing = place.normal.map(|normal| Facing { normal, signs: &self.signs });
             // Facets lie off the surface, on either side of it.
-            let query = Query { facing, except: *except, ..Query::new(place.point, reach + self.layout.sagitta) };
-            let found = self.facets.nearest_of_patches(query, 2.0 * self.layout.sagitta + SAME * self.size);
+            let query = Query { facing, except: *except, ..Query::new(place.point, reach + self.layout.rivalry()) };
+            let found = self.facets.nearest_of_patches(query, self.layout.rivalry() + SAME * self.size);
             candidates.extend(found.into_iter().map(|n| (n.patch, i, n.uv)));
         }
         candidates.sort_by_key(|(patch, i, _)| (*patch, *i));
@@ -149,9 +149,8 @@ impl<'a> ExactSurface<'a> {
         for run in candidates.chunk_by(|a, b| a.0 == b.0) {
             let patch = run[0].0;
             let (q, uv): (Vec<DVec3>, Vec<[f64; 2]>) = run.iter().map(|(_, i, uv)| (places[*i].point, *uv)).unzip();
-            let domain = self.layout.domain(patch as usize);
             // A patch that cannot be evaluated has no feet.
-            let found = foot_points(self.instance, patch as usize, domain, &q, &uv, TOLERANCE * self.size);
+            let found = self.layout.feet(self.instance, patch as usize, &q, &uv, TOLERANCE * self.size);
             for ((_, i, _), foot) in run.iter().zip(found.unwrap_or_default()) {
                 feet[*i].push((patch, foot));
             }
@@ -181,11 +180,11 @@ impl<'a> ExactSurface<'a> {
 
     /// The outward normals of all patches that meet at a place of the surface, whichever way they face.
     fn normals_at(&self, place: DVec3) -> impl Iterator<Item = DVec3> {
-        let query = Query::new(place, 2.0 * self.layout.sagitta + SAME * self.size);
-        let near = self.facets.nearest_of_patches(query, 2.0 * self.layout.sagitta + SAME * self.size);
+        let query = Query::new(place, self.layout.rivalry() + SAME * self.size);
+        let near = self.facets.nearest_of_patches(query, self.layout.rivalry() + SAME * self.size);
         near.into_iter().filter_map(move |n| {
-            let (patch, domain) = (n.patch as usize, self.layout.domain(n.patch as usize));
-            let feet = foot_points(self.instance, patch, domain, &[place], &[n.uv], TOLERANCE * self.size).ok()?;
+            let patch = n.patch as usize;
+            let feet = self.layout.feet(self.instance, patch, &[place], &[n.uv], TOLERANCE * self.size).ok()?;
             let foot = feet.first().filter(|foot| foot.d2.sqrt() <= SAME * self.size)?;
             Some(self.normal(n.patch, foot))
         })

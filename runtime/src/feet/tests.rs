@@ -1,5 +1,7 @@
 //! Signed distances against closed formulas, and those from a mesh against all of its triangles.
 
+mod trimmed;
+
 use super::domain::Domain;
 use super::foot::foot_points;
 use super::signed::{ExactSurface, MeshSurface, Place, Target, layout_for};
@@ -53,7 +55,7 @@ fn places(points: &[DVec3]) -> Vec<Place> {
 /// Looks at the exact surface of a model, moved.
 fn with_target(program: &Program, motion: Motion, look: impl FnOnce(&Target<'_>, &dyn Instance)) {
     let instance = Model::instantiate(program, &[]).expect("it exists");
-    let size = Tessellation::uniform(program, &*instance, 8, 8).expect("it is finite").mesh.bounds().diagonal();
+    let size = Tessellation::rough_diagonal(program, &*instance, 8).expect("it is finite");
     let turned = Closedness::of(program, &*instance).expect("it is finite").inverted;
     let inverted: Vec<bool> = (0..Model::parts(program).len()).map(|patch| turned.contains(&patch)).collect();
     let layout = layout_for(program, &*instance, size);

@@ -8,6 +8,12 @@ pub(super) const CELLS_OF_SIZE: f64 = 10.0;
 /// Cells each way of the grid on which a patch's curvature is measured, and the most that it is divided into.
 pub(super) const CURVATURE_CELLS: usize = 12;
 pub(super) const MOST_CELLS: f64 = 48.0;
+/// The same along a patch that is trimmed: facets end at its edge where that is straight between them.
+pub(super) const TRIMMED_CELLS_OF_SIZE: f64 = 40.0;
+/// Parts into which cells of a trimmed patch are divided to see whether something in them is there, or is not, that
+/// their corners do not show, and the most lines that a grid has each way where cells were divided for that.
+pub(super) const SLIVERS: usize = 6;
+pub(super) const MOST_LINES: usize = 400;
 /// Between breaks: cells of the grid of curvature in a stretch at least, and the most stretches each way that have
 /// cells of their own, even if only one each.
 pub(super) const LEAST_CURVATURE_CELLS: usize = 3;
@@ -37,6 +43,14 @@ pub(super) const SEAM_STEP: f64 = 0.25;
 /// this part of the diagonal's product; else they are Gauss-Newton's.
 pub(super) const CURVED_CLEARLY: f64 = 1e-3;
 pub(super) const CURVED_SOUNDLY: f64 = 1e-6;
+/// Walks along the edge of a trimmed patch: evaluations at most, how far beside the edge a place is still on it, in
+/// tolerances of feet, and the factor on a step that led away.
+pub(super) const EDGE_EVALUATIONS: usize = 48;
+pub(super) const EDGE_ERRORS: f64 = 0.1;
+pub(super) const EDGE_BACKTRACK: f64 = 0.25;
+/// Bisections of the way from what is there to what is not: to a millionth of the patch, from where Newton's method
+/// goes on.
+pub(super) const EDGE_BISECTIONS: usize = 20;
 /// Newton's method on a patch's Taylor polynomial: steps at most, the part of the tolerance that the polynomial may be
 /// off by, and the assumed ratio of third to second derivatives (2 pi for a sine whose period is the patch).
 pub(super) const TAYLOR_STEPS: usize = 4;

@@ -20,7 +20,6 @@ mod spacing;
 mod surface;
 mod tessellation;
 mod texels;
-mod trimmed;
 mod winding;
 
 pub use atlas::{Atlas, AtlasError, Chart, LARGEST, SMALLEST};
@@ -41,5 +40,4 @@ pub use surface::{Instance, Model, Partials, SecondPartials};
 pub(crate) use tessellation::unit_normals;
 pub use tessellation::{Fineness, SurfacePoint, Tessellation};
 pub use texels::Texels;
-pub(crate) use trimmed::require_whole;
 pub(crate) use winding::Winding;

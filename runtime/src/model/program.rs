@@ -20,6 +20,10 @@ impl Model for Program {
         Program::keep(self, part)
     }
 
+    fn keep_active(&self, part: usize) -> &[u32] {
+        Program::keep_active(self, part)
+    }
+
     fn bounds(&self, x: &[f64]) -> Vec<(f64, f64)> {
         Program::bounds(self, x)
     }

@@ -45,6 +45,11 @@ pub trait Model: Sync {
         let _ = part;
         None
     }
+    /// The parameters that the function of where a part is there depends on, ascending; none if it is not trimmed.
+    fn keep_active(&self, part: usize) -> &[u32] {
+        let _ = part;
+        &[]
+    }
     /// Bounds of every parameter at x (a bound may depend on earlier parameters); infinite where there is none.
     fn bounds(&self, x: &[f64]) -> Vec<(f64, f64)>;
     /// The Jacobian of the bounds at x: an entry for each pair of a parameter and another one that its bounds depend
@@ -149,6 +154,14 @@ impl<'a> dyn Instance + 'a {
         out: &mut [Partials],
     ) -> Result<(), EvaluationError> {
         self.evaluate(patch, Sites::Grid(u, v), Order::Partials, bytemuck::cast_slice_mut(out))
+    }
+
+    /// Whether a part is there at some places, by the patch of its function of that: everywhere if it has none.
+    pub fn is_there(&self, keep: Option<usize>, u: &[f64], v: &[f64]) -> Result<Vec<bool>, EvaluationError> {
+        let Some(keep) = keep else { return Ok(vec![true; u.len()]) };
+        let mut values = vec![[0.0; 3]; u.len()];
+        self.points(keep, u, v, &mut values)?;
+        Ok(values.iter().map(|value| value[0] > 0.0).collect())
     }
 
     /// dS/dx over the patch's active parameters: `out[(i * active + a) * 3 + c]` is the derivative of coordinate c of

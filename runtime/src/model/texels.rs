@@ -43,7 +43,8 @@ impl Texels {
     }
 
     /// Samples every chart's texels on the exact surface. A texel stands for the area `|du x dv|` at its centre times
-    /// its extent in (u, v); one where the surface has no area is left out. A centre on a break counts to one side.
+    /// its extent in (u, v); one where the surface has no area, or where it is trimmed away, is left out. A centre on a
+    /// break counts to one side.
     ///
     /// # Errors
     /// The surface cannot be evaluated.
@@ -89,7 +90,10 @@ impl Texels {
             .iter()
             .zip(breaks.collect::<Vec<_>>())
             .enumerate()
-            .map(|(patch, (chart, breaks))| Patch { chart, lines: atlas.lines(patch), breaks })
+            .map(|(patch, (chart, breaks))| {
+                let (lines, keep) = (atlas.lines(patch), model.keep(patch));
+                Patch { chart, lines, breaks, keep }
+            })
             .collect();
         let blocks: Vec<_> = blocks.into_iter().collect();
         blocks
@@ -210,17 +214,19 @@ impl<'a> Places<'a> {
     }
 }
 
-/// A patch's chart, its lines of texels along u and along v, and its breaks.
+/// A patch's chart, its lines of texels along u and along v, its breaks, and the patch of the function that is positive
+/// where it is there, if it is trimmed.
 struct Patch<'a> {
     chart: &'a Chart,
     lines: [Vec<Line>; 2],
     breaks: Breaks,
+    keep: Option<usize>,
 }
 
 /// Samples a block of one chart's texels at once.
 fn sample_block(
     instance: &dyn Instance,
-    Patch { chart, lines, breaks }: &Patch<'_>,
+    Patch { chart, lines, breaks, keep }: &Patch<'_>,
     patch: usize,
     mut block: Vec<(Row, Places<'_>)>,
 ) -> Result<(), EvaluationError> {
@@ -251,9 +257,9 @@ fn sample_block(
         write_row(*row, |i| (&grid[place(k, i)], steps(k, i)), places, |i| poles.push((k, i)));
     }
     let at = |&(k, i): &(usize, usize)| if chart.transposed { (u[k], v[i]) } else { (u[i], v[k]) };
-    let (u, v): (Vec<f64>, Vec<f64>) = poles.iter().map(at).unzip();
+    let (at_u, at_v): (Vec<f64>, Vec<f64>) = poles.iter().map(at).unzip();
     let partials: Vec<Partials> = poles.iter().map(|(k, i)| grid[place(*k, *i)]).collect();
-    let normals = unit_normals(instance, patch, &u, &v, &partials)?;
+    let normals = unit_normals(instance, patch, &at_u, &at_v, &partials)?;
     for ((k, i), normal) in poles.into_iter().zip(normals) {
         let (p, places) = (&grid[place(k, i)], &mut block[k].1);
         if let Some(n) = normal {
@@ -261,6 +267,13 @@ fn sample_block(
             let [of_u, of_v] = steps(k, i);
             (places.normal[i], places.area[i]) = (n.as_vec3().to_array(), (size * of_u * of_v) as f32);
             places.side[i] = longer_side(p, [of_u, of_v]);
+        }
+    }
+    if let Some(keep) = *keep {
+        let mut keeps = vec![[0.0; 3]; width * height];
+        instance.points_grid(keep, &u, &v, &mut keeps)?;
+        for (k, (_, places)) in block.iter_mut().enumerate() {
+            (0..width).filter(|i| keeps[place(k, *i)][0] <= 0.0).for_each(|i| places.area[i] = ABSENT);
         }
     }
     Ok(())

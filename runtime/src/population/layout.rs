@@ -27,8 +27,7 @@ impl CommonTexture {
         let instance = model.instantiate(x)?;
         let atlas = resolution.layout(model, &*instance)?;
         let texels = Texels::of_model(model, &*instance, &atlas)?;
-        let coarse = Tessellation::uniform(model, &*instance, 8, 8)?;
-        let size = coarse.mesh.bounds().diagonal();
+        let size = Tessellation::rough_diagonal(model, &*instance, 8)?;
         let edge = if size > 0.0 { EDGE * size } else { f64::INFINITY };
         let fineness = Fineness { edge, ..Fineness::default() };
         let tessellation = Tessellation::new(model, &*instance, fineness)?.with_atlas(&atlas);

@@ -275,6 +275,11 @@ impl VarianceReport {
 }
 
 impl VarianceReport {
+    /// The parts of which something is there: of a trimmed one nothing may be left, as of the end of a hole.
+    pub fn parts_with_surface(&self) -> impl Iterator<Item = &PartStatistics> {
+        self.parts.iter().filter(|part| part.statistics.is_of_something())
+    }
+
     /// The limits by which the parts agree with the scan, in words; `number` writes a figure.
     #[must_use]
     pub fn limits(&self, number: impl Fn(f64) -> String) -> String {

@@ -9,7 +9,7 @@ use crate::feet::signed::{ExactSurface, MeshSurface, Target, layout_for};
 use crate::mesh::{Bounds, TriangleMesh};
 use crate::model::{
     Atlas, AtlasError, Closedness, Fineness, Instance, LARGEST, Material, Model, Motion, Passages, ReferenceSurface,
-    SMALLEST, Sensitivities, SensitivityMaps, Standing, Tessellation, Texels, divided, require_whole,
+    SMALLEST, Sensitivities, SensitivityMaps, Standing, Tessellation, Texels, divided,
 };
 use glam::DVec3;
 use std::time::Instant;
@@ -132,7 +132,6 @@ impl<'a> Surface<'a> {
         shared: Option<&Atlas>,
     ) -> Result<Self, MeasureError> {
         let started = Instant::now();
-        require_whole(model)?;
         let instance = model.instantiate(x)?;
         // Before the work: what is found later took the most triangles that there may be. A coarse mesh may have places
         // without a value that the texels do not have.

@@ -14,7 +14,7 @@ pub(super) fn percentiles(variance: &VarianceReport, out: &mut String) {
         let figures = [p1, p5, p25, p50, p75, p95, p99, m.signed.mad].map(|x| format!("<td>{}</td>", number(x)));
         format!("<tr><td>{}</td>{}</tr>\n", escape(name), figures.concat())
     };
-    let parts = variance.parts.iter().map(|part| row(&part.name, &part.statistics.weighted));
+    let parts = variance.parts_with_surface().map(|part| row(&part.name, &part.statistics.weighted));
     let all = std::iter::once(row("All", &variance.overall.weighted));
     table("Signed deviations by area, mm; MAD: median absolute deviation from the median", head, all.chain(parts), out);
 }

@@ -82,7 +82,7 @@ pub(super) fn row_of(cells: &[String]) -> String {
 /// Statistics of all parts, of each and of groups of them.
 pub(super) fn statistics(variance: &VarianceReport) -> String {
     let mut out = String::new();
-    let parts = variance.parts.iter().map(|part| row(&part.name, &part.statistics, ""));
+    let parts = variance.parts_with_surface().map(|part| row(&part.name, &part.statistics, ""));
     let groups = variance.groups.iter().map(|g| row(&format!("{} (all)", g.name), &g.statistics, "total"));
     let all = std::iter::once(row("All", &variance.overall, "total"));
     let head = "<thead>\

@@ -24,7 +24,7 @@ impl Objective<'_> {
         cache: &mut CacheSlice,
         matched: &mut Vec<Matched>,
     ) {
-        let beyond = 2.0 * self.layout.sagitta;
+        let beyond = self.layout.rivalry();
         let is_contested =
             |point: &Correspondence| cache.known[point.index - first].until - cache.travelled < 0.5 * beyond;
         let (mut rivals, mut others) = (Vec::new(), Vec::new());
@@ -85,7 +85,7 @@ const TIE: f64 = 1e-9;
 
 impl Matched {
     /// Keeps only some of the points, by their positions.
-    fn retain(&mut self, keep: impl Fn(&Self, usize) -> bool) {
+    pub(super) fn retain(&mut self, keep: impl Fn(&Self, usize) -> bool) {
         let kept: Vec<usize> = (0..self.points.len()).filter(|k| keep(self, *k)).collect();
         if kept.len() < self.points.len() {
             self.points = kept.iter().map(|k| self.points[*k]).collect();

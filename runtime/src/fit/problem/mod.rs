@@ -23,7 +23,7 @@ use super::monitor::Monitor;
 use super::options::{Converged, FitError, FitOptions};
 use super::start::Start;
 use crate::fit::tuning::{CONVINCING, EXPLAINED, FACING_CLEAR, FACING_POINTS, FEWEST_POINTS, START_CHORD, THIN_POINTS};
-use crate::model::{Model, require_whole};
+use crate::model::Model;
 use crate::scan::Scan;
 use free_space::FreeSpace;
 use isometry::Isometry;
@@ -75,7 +75,6 @@ impl<'a> Problem<'a> {
         if model.parts().is_empty() {
             return Err(FitError::EmptyModel);
         }
-        require_whole(model)?;
         let points = Points::of(scan, options.weights);
         // Outliers must not decide on the place and the size of the object.
         let surfaces = points.on_surfaces(scan);

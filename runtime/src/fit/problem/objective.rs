@@ -7,7 +7,7 @@ use super::points::Points;
 use super::sums::{PatchSum, Sums};
 use crate::fit::correspond::cache::{CacheSlice, CacheState, CachedFoot, FootCache, NOWHERE};
 use crate::fit::correspond::facets::{Facets, Facing};
-use crate::fit::correspond::foot::{Foot, foot_points};
+use crate::fit::correspond::foot::Foot;
 use crate::fit::correspond::layout::Layout;
 use crate::fit::correspond::nearest::{NO_HINT, Query};
 use crate::fit::monitor::{Monitor, TracePoint};
@@ -173,7 +173,8 @@ impl Objective<'_> {
     /// The objective's cache with the model where it is placed now, if there is one and no other evaluation holds it.
     pub(crate) fn follow(&self, placed: &Placed) -> Option<MutexGuard<'_, CacheState>> {
         let cache = self.cache.as_ref()?;
-        cache.follow(placed.facets.vertices().map(|p| placed.motion.apply(p)).collect())
+        let vertices = placed.facets.vertices().map(|p| placed.motion.apply(p));
+        cache.follow(vertices.chain(placed.facets.keeps().map(|keep| DVec3::X * keep)).collect())
     }
 
     fn cancelled(&self) -> bool {
@@ -323,12 +324,14 @@ impl Objective<'_> {
         let of_patch = |points: &[Correspondence]| {
             let patch = points[0].patch as usize;
             let (q, uv): (Vec<DVec3>, Vec<[f64; 2]>) = points.iter().map(|p| (p.q, p.uv)).unzip();
-            let feet =
-                foot_points(&*placed.instance, patch, self.layout.domain(patch), &q, &uv, self.tolerance).ok()?;
+            let feet = self.layout.feet(&*placed.instance, patch, &q, &uv, self.tolerance).ok()?;
             let loss =
                 |(foot, point): (&Foot, &Correspondence)| self.loss.at(foot.d2).times(self.points.prior(point.index));
             let losses = feet.iter().zip(points).map(loss).collect();
-            Some(Matched { patch, points: points.to_vec(), feet, losses })
+            let mut matched = Matched { patch, points: points.to_vec(), feet, losses };
+            // Of a trimmed patch nothing may be there any longer.
+            matched.retain(|matched, k| matched.feet[k].d2.is_finite());
+            Some(matched)
         };
         correspondences.chunk_by(|a, b| a.patch == b.patch).filter_map(of_patch).collect()
     }
@@ -339,7 +342,7 @@ impl Objective<'_> {
         let Isometry { rotation, translation } = placed.motion;
         let inverse = rotation.inverse();
         // Facets lie off the surface, on either side of it.
-        let cutoff = self.loss.cutoff() + self.layout.sagitta;
+        let cutoff = self.loss.cutoff() + self.layout.sagitta + self.layout.edge_error;
         let mut all = Vec::with_capacity(range.len());
         // Points stand beside their neighbours in space: the last one's facet is a good guess for one that has none.
         let mut last = NO_HINT;

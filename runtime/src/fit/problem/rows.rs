@@ -104,6 +104,31 @@ impl<'o> AllRows<'o> {
     }
 }
 
+/// The derivatives of where a trimmed patch is there, at feet on its edge.
+struct Edges<'m> {
+    /// Parameters, ascending; none where no foot is on an edge.
+    active: &'m [u32],
+    jacobian: Vec<f64>,
+}
+
+impl<'m> Edges<'m> {
+    /// None where the function of what is there cannot be evaluated.
+    fn new(objective: &Objective<'m>, instance: &dyn Instance, patch: usize, feet: &[Foot]) -> Option<Self> {
+        let keep = objective.layout.keep(patch).filter(|_| feet.iter().any(|foot| foot.hold != 0.0));
+        let Some(keep) = keep else { return Some(Self { active: &[], jacobian: Vec::new() }) };
+        let active = objective.space.model.keep_active(patch);
+        let (u, v): (Vec<f64>, Vec<f64>) = feet.iter().map(|f| (f.uv[0], f.uv[1])).unzip();
+        let mut jacobian = vec![0.0; feet.len() * active.len() * 3];
+        instance.jacobian(keep, &u, &v, &mut jacobian).ok()?;
+        Some(Self { active, jacobian })
+    }
+
+    /// Three numbers for every parameter, of which the first counts.
+    fn slopes(&self, foot: usize) -> &[f64] {
+        &self.jacobian[foot * self.active.len() * 3..]
+    }
+}
+
 impl Objective<'_> {
     fn rows_of_chunk(&self, placed: &Placed, chunk: &mut Chunk) -> Vec<Rows> {
         let inverse = placed.motion.rotation.inverse();
@@ -134,11 +159,18 @@ impl Objective<'_> {
         let (u, v): (Vec<f64>, Vec<f64>) = feet.iter().map(|f| (f.uv[0], f.uv[1])).unzip();
         let mut slopes = vec![0.0; feet.len() * active.len() * 3];
         instance.jacobian(*patch, &u, &v, &mut slopes).ok()?;
+        let edges = Edges::new(self, instance, *patch, feet)?;
         // Columns of parameters that do not vary would be summed in vain.
-        let varied: Vec<usize> = (0..active.len()).filter(|a| self.space.varies(active[*a] as usize)).collect();
+        let mut varied: Vec<u32> = active.iter().chain(edges.active).copied().collect();
+        varied.sort_unstable();
+        varied.dedup();
+        varied.retain(|p| self.space.varies(*p as usize));
+        // The places of the columns among the derivatives of the surface, and of its edge.
+        let place = |p: &u32| (active.binary_search(p).ok(), edges.active.binary_search(p).ok());
+        let places: Vec<(Option<usize>, Option<usize>)> = varied.iter().map(place).collect();
         let n = self.space.model.parameters().len();
         let motion = if self.space.moving { n..n + 6 } else { n..n };
-        let columns: Vec<usize> = varied.iter().map(|a| active[*a] as usize).chain(motion).collect();
+        let columns: Vec<usize> = varied.iter().map(|p| *p as usize).chain(motion).collect();
         let mut jacobian = Vec::with_capacity(feet.len() * columns.len());
         let mut points = Vec::with_capacity(feet.len());
         for (i, ((foot, point), loss)) in feet.iter().zip(matches).zip(losses).enumerate() {
@@ -147,8 +179,13 @@ impl Objective<'_> {
             let at_end = at_end(foot, point);
             points.push(RowPoint { index: point.index as u32, distance, away, prior, weight, curvature, at_end });
             let slopes = &slopes[i * active.len() * 3..(i + 1) * active.len() * 3];
-            // The surface moving outwards brings it nearer to a point outside.
-            jacobian.extend(varied.iter().map(|a| -away.dot(DVec3::from_slice(&slopes[3 * a..]))));
+            // The surface moving outwards brings it nearer to a point outside. At the edge of a trimmed patch as much
+            // of the distance changes as the edge moves towards the point; a point above its foot is at no edge.
+            let hold = if away == foot.normal.normalize_or_zero() { 0.0 } else { foot.hold / distance };
+            jacobian.extend(places.iter().map(|(of_surface, of_edge)| {
+                let surface = of_surface.map_or(0.0, |a| away.dot(DVec3::from_slice(&slopes[3 * a..])));
+                -surface - of_edge.map_or(0.0, |a| hold * edges.slopes(i)[3 * a])
+            }));
             if self.space.moving {
                 let turn = (foot.point - self.space.centre).cross(away);
                 jacobian.extend([-away.x, -away.y, -away.z, -turn.x, -turn.y, -turn.z]);

@@ -9,5 +9,5 @@ pub(crate) fn area(level: &Level, at: &Estimate, of_patch: impl Fn(usize) -> boo
     let model = level.problem.model;
     let instance = model.instantiate(&level.space.x(&at.z)?).ok()?;
     let patches = (0..model.parts().len()).filter(|patch| of_patch(*patch));
-    Some(patches.filter_map(|patch| patch_area(&*instance, patch)).sum())
+    Some(patches.filter_map(|patch| patch_area(model, &*instance, patch)).sum())
 }

@@ -85,8 +85,9 @@ pub(crate) fn scan_of(model: &dyn Model, x: &[f64], noise: f64, count: usize, se
     let cross = |p: &Partials| DVec3::from_array(p.du).cross(DVec3::from_array(p.dv));
     let total: f64 = partials.iter().map(|p| cross(p).length()).sum();
     let normal = rand_distr::Normal::new(0.0, noise).unwrap();
-    for (p, (.., chance)) in partials.iter().zip(&draws) {
-        if chance * total < cross(p).length() * count as f64 {
+    for (p, (patch, u, v, chance)) in partials.iter().zip(&draws) {
+        let there = instance.is_there(model.keep(*patch), &[*u], &[*v]).unwrap()[0];
+        if there && chance * total < cross(p).length() * count as f64 {
             let n = cross(p).normalize();
             mesh.positions.push((DVec3::from_array(p.point) + n * normal.sample(&mut rng)).to_array());
             mesh.normals.push(n.to_array());

@@ -9,6 +9,8 @@ use crate::fit::problem::isometry::Isometry;
 use crate::fit::problem::loss::Loss;
 use crate::fit::problem::objective::{Objective, Order};
 use glam::{DQuat, DVec3};
+use gml_compiler::program::{Options, compile};
+use gml_compiler::source::{NoFiles, SourceFile};
 
 /// Compares all of an objective's gradient at a place, and the two ways of computing it with each other.
 fn compare(objective: &Objective, x: &[f64], motion: Isometry) {
@@ -65,6 +67,30 @@ fn the_gradient_of_weighted_points_agrees_with_differences() {
     let points = problem.points.clone().with_priors(priors);
     let objective = Objective { tolerance: 1e-8, ..level.objective(&points, Loss::welsch(6.0)) };
     compare(&objective, &[40.0, 12.0], Isometry::IDENTITY);
+}
+
+#[test]
+fn the_gradient_of_a_trimmed_model_agrees_with_differences() {
+    // The scan is of another bolt at another place, so that many points are nearest to the edges of the hole and of the
+    // boss; between them lie edges of planes, cylinders and spheres.
+    let text = "use std.solid (ball, box, capped_cylinder)\nuse std.frame (translate)\nmodel m {
+        param w: length in 20mm..60mm = 40mm\nparam d: length in 2mm..12mm = 6mm\nparam x: length in -9mm..9mm = 0mm
+        param r: length in 4mm..12mm = 8mm
+        part p = box(width: w, depth: 30mm, height: 6mm)
+          - {hole: capped_cylinder(radius: d / 2, height: 6mm).translate((x, 2mm, 0mm))}
+          + {boss: ball(radius: r).translate((w / 2, 0mm, 3mm))} }";
+    let script = SourceFile { name: "m.gml".to_owned(), text: text.to_owned() };
+    let model = compile(script, &NoFiles, &Options::default()).unwrap_or_else(|e| panic!("{e}")).program;
+    let x = [40.0, 6.0, 0.0, 8.0];
+    let scan = super::cup::scan_of(&model, &[41.0, 9.0, 1.5, 7.0], 0.2, 4000, 5);
+    let options = FitOptions { no_pose: true, ..beginning_at(&model, &x) };
+    let monitor = Monitor::default();
+    let problem = Problem::new(&model, &scan, &options, &monitor).unwrap();
+    let level = problem.start_level().unwrap();
+    for sigma in [8.0, 1.5] {
+        let objective = Objective { tolerance: 1e-8, ..level.objective(&problem.points, Loss::welsch(sigma)) };
+        compare(&objective, &x, Isometry::IDENTITY);
+    }
 }
 
 #[test]

@@ -2,7 +2,6 @@
 
 use super::cup::{SYNTHETIC, synthetic};
 use super::shapes::{Simple, beginning_at, cup, simple};
-use crate::fit::correspond::foot::foot_points;
 use crate::fit::correspond::layout::Layout;
 use crate::fit::correspond::nearest::Query;
 use crate::fit::monitor::Monitor;
@@ -62,7 +61,7 @@ fn distances_are_those_of_the_exact_surface_whatever_the_facets() {
                 let off = DVec3::new(at(&mut rng) - 0.5, at(&mut rng) - 0.5, at(&mut rng) - 0.5) * 8.0;
                 let q = DVec3::from_array(p[0]) + off;
                 let near = facets.nearest(Query::new(q, 50.0)).unwrap();
-                let foot = foot_points(&*instance, 0, layout.domain(0), &[q], &[near.uv], 1e-7).unwrap()[0];
+                let foot = layout.feet(&*instance, 0, &[q], &[near.uv], 1e-7).unwrap()[0];
                 let (d, expected) = (foot.d2.sqrt(), truth(shape, x, q));
                 assert!((d - expected).abs() < 1e-9 * SIZE, "{shape:?} {tolerance} at {q}: {d}, not {expected}");
             }

@@ -80,6 +80,14 @@ pub struct Histogram {
     pub texels: Vec<usize>,
 }
 
+impl Statistics {
+    /// Whether there is any surface: of a trimmed part nothing may be left.
+    #[must_use]
+    pub fn is_of_something(&self) -> bool {
+        self.texels + self.buried_texels > 0
+    }
+}
+
 /// The texels of one part or of several.
 #[derive(Clone, Debug, Default)]
 pub(super) struct PartTexels {

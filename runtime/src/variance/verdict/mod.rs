@@ -155,8 +155,10 @@ impl Grounds<'_> {
             }
         }
         let toleranced = |(part, texels): (usize, Vec<u32>)| {
-            let tolerance = report.parts[part].statistics.tolerance?.tolerance?;
-            Some((part, self.of_part(part, texels, tolerance, &report.parts[part].statistics)))
+            let statistics = &report.parts[part].statistics;
+            let tolerance = statistics.tolerance?.tolerance?;
+            // Where nothing is there, nothing can be out of tolerance.
+            statistics.is_of_something().then(|| (part, self.of_part(part, texels, tolerance, statistics)))
         };
         let assessed: Vec<(usize, Assessed)> = measured.into_par_iter().enumerate().filter_map(toleranced).collect();
         let mut map = vec![f32::NAN; texels.len()];

@@ -166,11 +166,12 @@ impl<'a> Coverage<'a> {
         let (u, v, area) = (&places.u[range.clone()], &places.v[range.clone()], &places.area[range]);
         let mut partials = vec![Partials::default(); u.len()];
         instance.partials(places.patch, u, v, &mut partials).ok()?;
+        let there = instance.is_there(places.keep, u, v).ok()?;
         let mut matched = Matched::none(places.patch);
         let mut elements = Vec::new();
         let mut lost = 0.0;
         let side = if self.signs[places.patch] < 0 { -1.0 } else { 1.0 };
-        for (i, p) in partials.iter().enumerate() {
+        for (i, p) in partials.iter().enumerate().filter(|(i, _)| there[*i]) {
             let point = DVec3::from_array(p.point);
             let normal = across(p);
             let share = area[i] / self.mean_area;
@@ -186,7 +187,7 @@ impl<'a> Coverage<'a> {
             let back = motion.rotation.inverse() * direction * distance;
             let uv = [u[i], v[i]];
             matched.points.push(Correspondence { index: i, patch: places.patch as u32, uv, q: point - back, normal });
-            matched.feet.push(Foot { uv, point, normal, d2: distance * distance });
+            matched.feet.push(Foot { uv, point, normal, d2: distance * distance, ..Foot::default() });
             matched.losses.push(self.loss.at(distance * distance).times(share));
             elements.push(element);
         }

@@ -1,4 +1,5 @@
-//! Places spread evenly over what could be seen of a model: those inside of walls, where a handle ends, are left out.
+//! Places spread evenly over what could be seen of a model: those inside of walls, where a handle ends, are left out,
+//! and what is trimmed away is not there.
 
 use crate::bvh::Bvh;
 use crate::fit::tuning::{
@@ -13,6 +14,8 @@ use rayon::prelude::*;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Places {
     pub(crate) patch: usize,
+    /// The patch of the function that is positive where this one is there, if it is trimmed.
+    pub(crate) keep: Option<usize>,
     pub(crate) u: Vec<f64>,
     pub(crate) v: Vec<f64>,
     pub(crate) area: Vec<f64>,
@@ -24,7 +27,9 @@ pub(crate) struct Places {
 /// The model cannot be tessellated.
 pub(crate) fn places(model: &dyn Model, instance: &dyn Instance, radius: f64) -> Result<Vec<Places>, EvaluationError> {
     let fineness = Fineness { chord: CHORD * radius, max_segments: PLACE_SEGMENTS, ..Fineness::default() };
-    let surface = Tessellation::on_grids(model, instance, fineness)?;
+    let trimmed = (0..model.parts().len()).any(|part| model.keep(part).is_some());
+    let tessellate = if trimmed { Tessellation::new } else { Tessellation::on_grids };
+    let surface = tessellate(model, instance, fineness)?;
     let bvh = Bvh::build(&surface.mesh).map_err(EvaluationError::new)?;
     let above = VIEW_OFFSET * radius;
     let visible = |p: &Partials| is_visible(&bvh, DVec3::from_array(p.point), across(p).normalize_or_zero(), above);
@@ -38,13 +43,14 @@ pub(crate) fn all_places(model: &dyn Model, instance: &dyn Instance) -> Vec<Plac
 
 /// Places spread evenly over all patches that can be evaluated, those that are chosen.
 fn spread(model: &dyn Model, instance: &dyn Instance, chosen: impl Fn(&Partials) -> bool + Sync) -> Vec<Places> {
-    let gauges: Vec<Option<Gauge>> = (0..model.parts().len()).map(|patch| Gauge::of(instance, patch)).collect();
+    let gauges: Vec<Option<Gauge>> =
+        (0..model.parts().len()).map(|patch| Gauge::of(instance, patch, model.keep(patch))).collect();
     let total: f64 = gauges.iter().flatten().map(|g| g.area).sum();
     let spacing = (total / COVERAGE_PLACES).sqrt();
     let of_patch = |(patch, gauge): (usize, &Option<Gauge>)| {
         let gauge = gauge.as_ref()?;
         let sides = gauge.sides.map(|side| ((side / spacing).ceil() as usize).clamp(1, PLACES_EACH_WAY));
-        Places::of_cells(instance, patch, sides, &chosen)
+        Places::of_cells(instance, (patch, model.keep(patch)), sides, &chosen)
     };
     let by_patch: Vec<Option<Places>> = gauges.par_iter().enumerate().map(of_patch).collect();
     by_patch.into_iter().flatten().filter(|p| !p.u.is_empty()).collect()
@@ -58,20 +64,22 @@ struct Gauge {
 }
 
 impl Gauge {
-    fn of(instance: &dyn Instance, patch: usize) -> Option<Self> {
+    fn of(instance: &dyn Instance, patch: usize, keep: Option<usize>) -> Option<Self> {
         let [u, v] = cell_centres([PLACE_SAMPLES; 2]);
         let mut partials = vec![Partials::default(); u.len()];
         instance.partials(patch, &u, &v, &mut partials).ok()?;
         let mean = |of: &dyn Fn(&Partials) -> f64| partials.iter().map(of).sum::<f64>() / partials.len() as f64;
         let [du, dv] = [mean(&|p| DVec3::from_array(p.du).length()), mean(&|p| DVec3::from_array(p.dv).length())];
-        let area = mean(&|p| across(p).length());
+        let there = instance.is_there(keep, &u, &v).ok()?;
+        let areas = partials.iter().zip(there).map(|(p, there)| if there { across(p).length() } else { 0.0 });
+        let area = areas.sum::<f64>() / partials.len() as f64;
         (du.is_finite() && dv.is_finite() && area.is_finite()).then_some(Self { sides: [du, dv], area })
     }
 }
 
-/// The area of a patch, exact to some percent. Square millimetres. None where it cannot be evaluated.
-pub(crate) fn patch_area(instance: &dyn Instance, patch: usize) -> Option<f64> {
-    Gauge::of(instance, patch).map(|gauge| gauge.area)
+/// The area of what is there of a patch, exact to some percent. Square millimetres. None where it cannot be evaluated.
+pub(crate) fn patch_area(model: &dyn Model, instance: &dyn Instance, patch: usize) -> Option<f64> {
+    Gauge::of(instance, patch, model.keep(patch)).map(|gauge| gauge.area)
 }
 
 /// The normal du x dv, as long as the surface is large by u and v.
@@ -83,18 +91,19 @@ impl Places {
     /// The middles of a grid's cells that have an area, some of them. None where the patch cannot be evaluated.
     fn of_cells(
         instance: &dyn Instance,
-        patch: usize,
+        (patch, keep): (usize, Option<usize>),
         cells: [usize; 2],
         chosen: impl Fn(&Partials) -> bool,
     ) -> Option<Self> {
         let [u, v] = cell_centres(cells);
         let mut partials = vec![Partials::default(); u.len()];
         instance.partials(patch, &u, &v, &mut partials).ok()?;
-        let mut places = Self { patch, ..Self::default() };
+        let there = instance.is_there(keep, &u, &v).ok()?;
+        let mut places = Self { patch, keep, ..Self::default() };
         let count = partials.len() as f64;
-        for ((u, v), p) in u.iter().zip(&v).zip(&partials) {
+        for (((u, v), p), there) in u.iter().zip(&v).zip(&partials).zip(there) {
             let area = across(p).length() / count;
-            if area > 0.0 && chosen(p) {
+            if there && area > 0.0 && chosen(p) {
                 places.u.push(*u);
                 places.v.push(*v);
                 places.area.push(area);
