@@ -47,7 +47,7 @@ pub(crate) fn summary(report: &VarianceReport) -> String {
         out.push_str(&format!("{sag}\n"));
     }
     out.push_str(&agreement(report));
-    out.push_str(&report.points.as_ref().map_or_else(String::new, |points| at_points(points, report.max_distance)));
+    out.push_str(&report.points.as_ref().map_or_else(String::new, |points| at_points(report, points)));
     out.push_str(&verdicts(report));
     out.push_str(&dimensions::verdicts(report));
     if let Some(overall) = &report.verdict {
@@ -110,7 +110,7 @@ fn agreement(report: &VarianceReport) -> String {
         Some([name.to_owned(), limits].into_iter().chain(shares).collect())
     };
     let mut rows: Vec<Vec<String>> = row("all", &report.overall).into_iter().collect();
-    rows.extend(report.parts.iter().filter_map(|part| row(&part.name, &part.statistics)));
+    rows.extend(report.parts_with_surface().filter_map(|part| row(&part.name, &part.statistics)));
     let headings = ["part", "limits mm", "within mm2", "", "over mm2", "", "under mm2", ""];
     let sentence = report.agreement_sentence(table::number).map_or_else(String::new, |said| format!("{said}\n"));
     format!("\n{}{sentence}{}", table::render(&headings, &rows), texels(report))
@@ -129,7 +129,7 @@ fn texels(report: &VarianceReport) -> String {
 }
 
 /// A table of the distances of the scan's points from the surface, and the numbers of those that have none.
-fn at_points(points: &PointDistances, max_distance: f64) -> String {
+fn at_points(report: &VarianceReport, points: &PointDistances) -> String {
     let row = |name: &str, s: &PointStatistics| {
         let m = &s.moments;
         let place = s.largest.as_ref().map_or_else(String::new, |l| {
@@ -142,7 +142,8 @@ fn at_points(points: &PointDistances, max_distance: f64) -> String {
         [name.to_owned(), s.measured.to_string()].into_iter().chain(cells).chain([place]).collect()
     };
     let mut rows: Vec<Vec<String>> = vec![row("all", &points.overall)];
-    rows.extend(points.parts.iter().map(|part| row(&part.name, &part.statistics)));
+    let there = points.parts.iter().zip(&report.parts).filter(|(_, part)| part.statistics.is_of_something());
+    rows.extend(there.map(|(part, _)| row(&part.name, &part.statistics)));
     let headings =
         ["part", "points", "signed mean mm", "sd mm", "rms mm", "median mm", "95 % mm", "largest mm", "at mm"];
     format!(
@@ -152,7 +153,7 @@ fn at_points(points: &PointDistances, max_distance: f64) -> String {
         100.0 * points.share,
         points.points,
         points.beyond,
-        table::number(max_distance),
+        table::number(report.max_distance),
         points.facing_away,
     )
 }

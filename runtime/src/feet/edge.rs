@@ -216,12 +216,7 @@ impl Trimmed<'_> {
 
     /// Places on the edge between the feet of points on the whole patch and what is there of the facets' vertices next
     /// to the points; none of points of which nothing is there.
-    fn edges_near(
-        &self,
-        lost: &[usize],
-        q: &[DVec3],
-        whole: &[Foot],
-    ) -> Result<Vec<(usize, DVec2)>, EvaluationError> {
+    fn edges_near(&self, lost: &[usize], q: &[DVec3], whole: &[Foot]) -> Result<Vec<(usize, DVec2)>, EvaluationError> {
         if lost.is_empty() {
             return Ok(Vec::new());
         }
@@ -235,10 +230,8 @@ impl Trimmed<'_> {
             let off = |k: &usize| DVec3::from_array(points[*k]).distance_squared(q[i]);
             there.iter().min_by(|a, b| off(a).total_cmp(&off(b))).map(|k| place(*k))
         };
-        let mut ways: Vec<(usize, DVec2, DVec2)> = lost
-            .iter()
-            .filter_map(|i| Some((*i, nearest(*i)?, DVec2::from_array(whole[*i].uv))))
-            .collect();
+        let mut ways: Vec<(usize, DVec2, DVec2)> =
+            lost.iter().filter_map(|i| Some((*i, nearest(*i)?, DVec2::from_array(whole[*i].uv)))).collect();
         for _ in 0..EDGE_BISECTIONS {
             let middle = |(_, a, b): &(usize, DVec2, DVec2)| (0.5 * (a.x + b.x), 0.5 * (a.y + b.y));
             let (u, v): (Vec<f64>, Vec<f64>) = ways.iter().map(middle).unzip();

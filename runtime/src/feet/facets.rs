@@ -1,8 +1,8 @@
 //! The model's surface as facets.
 
 use super::layout::{Layout, bounds};
-use super::trim::{Crossed, Keep};
 use super::tree::{Tree, triangle_closest};
+use super::trim::{Crossed, Keep};
 use super::tuning::GRAZING;
 use crate::mesh::Bounds;
 use glam::DVec3;

@@ -201,7 +201,8 @@ impl Layout {
         let Grid { domain, keep, u, v, .. } = &self.grids[patch];
         let mut feet = foot_points(instance, patch, domain, q, uv, tolerance)?;
         if let Some(keep) = *keep {
-            Trimmed { instance, patch, keep, domain, lines: [&u.at, &v.at], tolerance }.onto_what_is_there(q, uv, &mut feet)?;
+            Trimmed { instance, patch, keep, domain, lines: [&u.at, &v.at], tolerance }
+                .onto_what_is_there(q, uv, &mut feet)?;
         }
         Ok(feet)
     }

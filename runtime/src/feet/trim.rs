@@ -144,7 +144,12 @@ impl Sampled {
         let fine = lines.each_ref().map(|lines| lines.finer(|cell| lines.has_facets[cell], parts));
         let keeps = keeps_on_grid(instance, keep, &fine[0].at, &fine[1].at).ok()?;
         let width = fine[0].at.len();
-        Some(Self { keeps, at: fine.map(|lines| lines.at), width, ends: lines.each_ref().map(|lines| lines.ends(parts)) })
+        Some(Self {
+            keeps,
+            at: fine.map(|lines| lines.at),
+            width,
+            ends: lines.each_ref().map(|lines| lines.ends(parts)),
+        })
     }
 
     /// The cells that have facets.
@@ -176,9 +181,8 @@ impl Cell<'_> {
         let [[left, right], [low, high]] = self.ends();
         let fraction = |at: usize, first: usize, last: usize| (at - first) as f64 / (last - first) as f64;
         (low..=high).flat_map(move |j| {
-            let place = move |i: usize| {
-                ([fraction(i, left, right), fraction(j, low, high)], self.keep(i, j).is_there())
-            };
+            let place =
+                move |i: usize| ([fraction(i, left, right), fraction(j, low, high)], self.keep(i, j).is_there());
             (left..=right).map(place)
         })
     }
@@ -278,7 +282,8 @@ mod tests {
     #[test]
     fn beside_a_level_side_the_edge_is_where_the_other_side_says() {
         // x - 0.4 where that is positive, and level beyond, as at the flush end of a hole.
-        let keep = [(-1e-6, [0.0; 2]), (0.6, [1.0, 0.0]), (-1e-6, [0.0; 2])].map(|(value, slope)| Keep { value, slope });
+        let keep =
+            [(-1e-6, [0.0; 2]), (0.6, [1.0, 0.0]), (-1e-6, [0.0; 2])].map(|(value, slope)| Keep { value, slope });
         let pieces = Crossed { keep, uv: [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]] }.pieces();
         let least = pieces.iter().flatten().flatten().map(|w| w[1]).fold(1.0, f64::min);
         assert!((least - (0.4 + WITHIN)).abs() < 1e-12, "{least}");

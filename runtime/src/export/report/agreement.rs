@@ -24,7 +24,7 @@ pub(super) fn agreement(variance: &VarianceReport) -> String {
 /// A row of a table for all parts, for each and for groups of them.
 fn rows(variance: &VarianceReport, row: fn(&str, &Statistics, &str) -> Option<String>) -> Vec<String> {
     let all = row("All", &variance.overall, "total");
-    let parts = variance.parts.iter().filter_map(|part| row(&part.name, &part.statistics, ""));
+    let parts = variance.parts_with_surface().filter_map(|part| row(&part.name, &part.statistics, ""));
     let groups = variance.groups.iter().filter_map(|g| row(&format!("{} (all)", g.name), &g.statistics, "total"));
     all.into_iter().chain(parts).chain(groups).collect()
 }

@@ -100,7 +100,7 @@ pub(super) fn statistics(variance: &VarianceReport) -> String {
     detection(variance, &mut out);
     conformance(variance, &mut out);
     if let Some(distances) = &variance.points {
-        points(distances, variance.max_distance, &mut out);
+        points(variance, distances, &mut out);
     }
     by_points(variance, &mut out);
     explained(variance, &mut out);
@@ -171,7 +171,7 @@ fn row(name: &str, s: &Statistics, class: &str) -> String {
 }
 
 /// The distances of the scan's points from the surface.
-fn points(points: &PointDistances, max_distance: f64, out: &mut String) {
+fn points(variance: &VarianceReport, points: &PointDistances, out: &mut String) {
     let _ = writeln!(
         out,
         "<h3>At the scan's points</h3>\n<p class=\"convention\">Signed distances of the points from the exact surface, every \
@@ -180,7 +180,7 @@ fn points(points: &PointDistances, max_distance: f64, out: &mut String) {
         100.0 * points.share,
         points.points,
         points.beyond,
-        number(max_distance),
+        number(variance.max_distance),
         points.facing_away,
     );
     let row = |name: &str, s: &PointStatistics| {
@@ -193,7 +193,8 @@ fn points(points: &PointDistances, max_distance: f64, out: &mut String) {
     };
     let head = "<thead><tr><th>Part</th><th>Points</th><th>Mean</th><th>SD</th><th>RMS</th><th>Median</th>\
         <th>95 %, unsigned</th><th>Least</th><th>Greatest</th><th>Largest at, mm</th></tr></thead>\n";
-    let parts = points.parts.iter().map(|part| row(&part.name, &part.statistics));
+    let there = points.parts.iter().zip(&variance.parts).filter(|(_, part)| part.statistics.is_of_something());
+    let parts = there.map(|(part, _)| row(&part.name, &part.statistics));
     table("Deviations of the scan's points, mm", head, std::iter::once(row("All", &points.overall)).chain(parts), out);
 }
 

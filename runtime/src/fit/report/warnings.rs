@@ -3,6 +3,7 @@
 use crate::fit::infer::misfit::{self, Lopsided, Pattern, Residual};
 use crate::fit::infer::sandwich::Uncertainty;
 use crate::fit::problem::Problem;
+use crate::fit::problem::coverage::patch_area;
 use crate::fit::problem::level::Level;
 use crate::fit::problem::objective::Evaluation;
 use crate::fit::refine::mixed::{self, Mixed};
@@ -84,6 +85,27 @@ pub(super) fn of_bounds(solution: &Solution, uncertainty: &Uncertainty) {
     }
 }
 
+/// Warns of parts that the scan does not show.
+fn of_hidden_parts(problem: &Problem, parameters: &[FittedParameter], evaluation: &Evaluation) {
+    let x: Vec<f64> = parameters.iter().map(|p| p.value).collect();
+    let instance = problem.model.instantiate(&x).ok();
+    // Of a trimmed part nothing may be left, as of the end of a hole.
+    let is_there = |patch: usize| {
+        let area = instance.as_ref().and_then(|instance| patch_area(problem.model, &**instance, patch));
+        problem.model.keep(patch).is_none() || area != Some(0.0)
+    };
+    let hidden = (0..evaluation.patches.len())
+        .filter(|patch| evaluation.patches[*patch].points < HARDLY_ANY_POINTS && is_there(*patch));
+    let hidden: Vec<String> = hidden.map(|patch| format!("`{}`", problem.model.parts()[patch].name)).collect();
+    if !hidden.is_empty() {
+        let them = if hidden.len() > 1 { "them" } else { "it" };
+        let hidden = hidden.join(", ");
+        problem.monitor.warn(format!(
+            "almost no point of the scan lies close to {hidden}: what only shapes {them} is not determined"
+        ));
+    }
+}
+
 /// Warns of parameters that are not what their values say, and of parts that the scan does not show.
 pub(super) fn of_parameters(
     problem: &Problem,
@@ -117,16 +139,7 @@ pub(super) fn of_parameters(
             monitor.warn(format!("the scan hardly determines `{}` (standard deviation {sd:.3} mm)", p.name));
         }
     }
-    let hidden =
-        problem.model.parts().iter().zip(&evaluation.patches).filter(|(_, sum)| sum.points < HARDLY_ANY_POINTS);
-    let hidden: Vec<String> = hidden.map(|(part, _)| format!("`{}`", part.name)).collect();
-    if !hidden.is_empty() {
-        let them = if hidden.len() > 1 { "them" } else { "it" };
-        let hidden = hidden.join(", ");
-        monitor.warn(format!(
-            "almost no point of the scan lies close to {hidden}: what only shapes {them} is not determined"
-        ));
-    }
+    of_hidden_parts(problem, parameters, evaluation);
     if evaluation.absent > 0 {
         monitor.warn(format!("{} of the model's patches could not be evaluated", evaluation.absent));
     }
