@@ -1,5 +1,5 @@
-//! Solids by the built command: their meshes are closed, their virtual scans lie on them, and what does not know trimmed
-//! parts says so.
+//! Solids by the built command: their meshes are closed, their virtual scans lie on them, and what does not know
+//! trimmed parts says so.
 
 use crate::support::{fails, gmlc, json};
 use std::collections::HashMap;
