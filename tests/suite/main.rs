@@ -37,9 +37,9 @@ mod saved;
 mod scan_colours;
 mod search;
 mod several;
-mod solids;
 #[cfg(unix)]
 mod signals;
+mod solids;
 mod support;
 mod uneven;
 mod unsound;
