@@ -57,12 +57,11 @@ fn rotate_about(shape, center, angle: angle, axis = (0, 0, 1)) =
 /// (1mm, 2mm, 3mm).scale(2)        // = (2, 4, 6) mm
 /// (1mm, 2mm, 3mm).scale(z: 0.5)   // = (1, 2, 1.5) mm
 /// ```
-fn scale(shape, by: real = 1, x: real = by, y: real = by, z: real = by) =
-  _moved(
-    shape,
-    |p| if len(p) == 2 { (p.x * x, p.y * y) } else { (p.x * x, p.y * y, p.z * z) },
-    |p| (p.x / x, p.y / y, p.z / z),
-  )
+fn scale(shape, by: real = 1, x: real = by, y: real = by, z: real = by) = _moved(
+  shape,
+  |p| if len(p) == 2 { (p.x * x, p.y * y) } else { (p.x * x, p.y * y, p.z * z) },
+  |p| (p.x / x, p.y / y, p.z / z),
+)
 
 /// The shape stretched along x, y and z by the components of a vector.
 /// ```gml

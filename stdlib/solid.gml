@@ -1,8 +1,8 @@
-// Solids: bodies of several named surfaces that close without gaps, all normals outwards, and what is inside of them. As
-// any shape they can be moved, turned, mirrored and repeated; `a + b` is their union, `a - b` the first without the
+// Solids: bodies of several named surfaces that close without gaps, all normals outwards, and what is inside of them.
+// As any shape they can be moved, turned, mirrored and repeated; `a + b` is their union, `a - b` the first without the
 // second, `a & b` what they have in common. `part tin = capped_cylinder(radius: 40mm)` has the parts `tin.wall`,
-// `tin.top` and `tin.base`, and what is left of a surface after `+`, `-` and `&` keeps its name:
-// `part plate = box(width: 60mm) - {hole: capped_cylinder(radius: 4mm)}` has `plate.top` and `plate.hole.wall`.
+// `tin.top` and `tin.base`, and what is left of a surface after `+`, `-` and `&` keeps its name: `part plate =
+// box(width: 60mm) - {hole: capped_cylinder(radius: 4mm)}` has `plate.top` and `plate.hole.wall`.
 
 /// A box that stands on the plane of x and y, about the z axis: six faces.
 /// ```gml
@@ -46,7 +46,8 @@ fn rounded_box(
   radius: length = 2mm,
 ) = solid(
   _rounded_box(width: width, depth: depth, height: height, radius: radius),
-  |p| _inside_rounded_box(p, width / 2 - radius, depth / 2 - radius, height / 2 - radius, height / 2) - radius,
+  |p|
+    _inside_rounded_box(p, width / 2 - radius, depth / 2 - radius, height / 2 - radius, height / 2) - radius,
 )
 
 /// The surfaces of rounded_box.
@@ -243,7 +244,8 @@ model _hollow_sphere {
 /// ```
 fn ball(radius: length = 10mm) = solid({wall: sphere(radius)}, |p| norm(p) - radius)
 
-/// A ring about the z axis with a round section: one surface, `wall`. `bend` is the radius to the middle of the section.
+/// A ring about the z axis with a round section: one surface, `wall`. `bend` is the radius to the middle of the
+/// section.
 /// ```gml
 /// inside(solid_torus(bend: 20mm, radius: 5mm))((22mm, 0mm, 0mm))   // = -3 mm
 /// ```
@@ -257,8 +259,9 @@ fn solid_torus(bend: length = 20mm, radius: length = 5mm) =
 /// ```
 fn half_space(at = (0mm, 0mm, 0mm), normal = (0, 0, 1), size: length = 1m) {
   let n = normalize(normal)
-  let turn = if abs(n.z) > 0.999999 { about_x(if n.z > 0 { 0deg } else { 180deg }) } else { align((0, 0, 1), n) }
-  solid({cut: plane(size, size).place(at, turn)}, |p| dot(p - at, n))
+  let x = normalize(cross(if abs(n.z) > 0.9 { (1, 0, 0) } else { (0, 0, 1) }, n))
+  let y = cross(n, x)
+  solid({cut: |u: real, v: real| at + x * ((u - 0.5) * size) + y * ((v - 0.5) * size)}, |p| dot(p - at, n))
 }
 
 /// The part of an open surface that is outside of a solid, or inside of it: a handle ends at a wall.
@@ -282,22 +285,22 @@ fn inside_of(shape, body) = each(shape, |s| |u: real, v: real| {
 
 // What is left of the surfaces of two solids. On a surface of one solid the other is asked a little below or above it,
 // so that surfaces of both that coincide are kept once or not at all, as Requicha and Voelcker have it (1985): where
-// both face the same way, `+` and `&` keep that of the first and `-` none; where they face each other, `-` keeps that of
-// the first and the others none. The second solid's never stays: it is kept where it is clearly outside, or inside.
+// both face the same way, `+` and `&` keep that of the first and `-` none; where they face each other, `-` keeps that
+// of the first and the others none. The second solid's never stays: it is kept where it is clearly outside, or inside.
 
 /// How far beside a surface the other solid is asked: far above the rounding of coordinates (1e-11 mm in a model of
 /// 10 m), far below what is made or measured.
 let _beside = 1e-6mm
 
-/// Both sides of what a function says of the points beside a surface: `side` is 1 above it and -1 below.
-fn _beside_surface(s, u, v, other, side) {
+/// The point beside a surface: `side` is 1 above it and -1 below.
+fn _beside_surface(s, u, v, side) {
   let n = stop(cross(s'u(u, v), s'v(u, v)))
-  other(s(u, v) + n * (side * _beside / (norm(n) + 1e-12mm * 1mm)))
+  s(u, v) + n * (side * _beside / (norm(n) + 1e-12mm * 1mm))
 }
 
 /// The first of two solids in their union.
-fn _union_first(surfaces, other) = each(surfaces, |s| |u: real, v: real|
-  keep(s(u, v), _beside_surface(s, u, v, other, 1)))
+fn _union_first(surfaces, other) =
+  each(surfaces, |s| |u: real, v: real| keep(s(u, v), other(_beside_surface(s, u, v, 1))))
 
 /// The second of two solids in their union.
 fn _union_second(surfaces, other) = each(surfaces, |s| |u: real, v: real| {
@@ -306,15 +309,15 @@ fn _union_second(surfaces, other) = each(surfaces, |s| |u: real, v: real| {
 })
 
 /// The first of two solids without the second.
-fn _difference_first(surfaces, other) = each(surfaces, |s| |u: real, v: real|
-  keep(s(u, v), _beside_surface(s, u, v, other, -1)))
+fn _difference_first(surfaces, other) =
+  each(surfaces, |s| |u: real, v: real| keep(s(u, v), other(_beside_surface(s, u, v, -1))))
 
 /// The second of two solids where it bounds what is left of the first: turned inside out.
 fn _difference_second(surfaces, other) = flip(_intersection_second(surfaces, other))
 
 /// The first of two solids where they have it in common.
-fn _intersection_first(surfaces, other) = each(surfaces, |s| |u: real, v: real|
-  keep(s(u, v), -_beside_surface(s, u, v, other, -1)))
+fn _intersection_first(surfaces, other) =
+  each(surfaces, |s| |u: real, v: real| keep(s(u, v), -other(_beside_surface(s, u, v, -1))))
 
 /// The second of two solids where they have it in common.
 fn _intersection_second(surfaces, other) = each(surfaces, |s| |u: real, v: real| {
@@ -332,17 +335,26 @@ fn _inside_difference(a, b) = |p| max(a(p), -b(p))
 fn _inside_intersection(a, b) = |p| max(a(p), b(p))
 
 /// The union of an array of solids: its surfaces, each where it is not inside of another one, and its inside.
-fn _united(solids) = solid({
-  surfaces: for i in 0..len(solids) {
-    each(solids[i], |s| |u: real, v: real| {
-      let p = s(u, v)
-      keep(p, loop(1m, len(solids), |least, j|
-        if j == i { least }
-        else if j < i { min(least, inside(solids[j])(p) - _beside) }
-        else { min(least, _beside_surface(s, u, v, inside(solids[j]), 1)) }))
-    })
-  },
-}, |p| loop(1m, len(solids), |least, j| min(least, inside(solids[j])(p))))
+fn _united(solids) {
+  // Surfaces hold on to what is inside of all others, and not to their surfaces: there may be many.
+  let insides = for i in 0..len(solids) { inside(solids[i]) }
+  solid(
+    {
+      surfaces: for i in 0..len(solids) {
+        each(solids[i], |s| |u: real, v: real| {
+          let p = s(u, v)
+          let above = _beside_surface(s, u, v, 1)
+          keep(p, loop(1m, len(insides), |least, j| if j == i {
+            least
+          } else {
+            min(least, insides[j](if j < i { p } else { above }) - (if j < i { _beside } else { 0mm }))
+          }))
+        })
+      },
+    },
+    |p| loop(1m, len(insides), |least, j| min(least, insides[j](p))),
+  )
+}
 
 /// Distance to a box of half sides about the point (0, 0, middle), negative inside.
 fn _inside_rounded_box(p, x, y, z, middle) {

@@ -59,8 +59,8 @@ pub enum Binary {
     MulOrZero,
     /// a / b, but 0 where a is 0 even if b is 0 or NaN.
     DivOrZero,
-    /// The first operand, a coordinate of a surface that is there where the second is positive; `keep(point, where)`. The
-    /// second becomes a function of its own (`ir::keep`) before anything is run.
+    /// The first operand, a coordinate of a surface that is there where the second is positive; `keep(point, where)`.
+    /// The second becomes a function of its own (`ir::keep`) before anything is run.
     Keep,
     And,
     Or,

@@ -74,8 +74,8 @@ let d = _own(3)
 // --- and are not suggested
 // Error: 16-25 'std.curve' has no 'casteljau'
 use std.curve (casteljau)
-// Error: 9-13 there is no 'half' here
-let a = half(3)
+// Error: 9-17 there is no 'quadrant' here
+let a = quadrant(3)
 
 // --- a name from two places
 use "bracket.gml" (bracket)

@@ -55,7 +55,7 @@ let d = 1.5in + 2e-3m
 fn inside(x: real) -> bool = 0 < x < 1
 
 // --- words of other languages
-// Error: 40-42 unexpected '&&'
+// Error: 40-42 there is no operator '&&'
 // Hint: conditions are joined with 'and'
 fn f(x: real, y: real) -> bool = x > 0 && y > 0
 // Error: 40-42 there is no operator '||'

@@ -232,8 +232,8 @@ impl<'a> Checker<'a> {
         wrap(statements, value, span)
     }
 
-    /// `each_solid(shape, f, of_inside)`: as `each`, and `of_inside` of the function of what is inside of a solid, which
-    /// stays one.
+    /// `each_solid(shape, f, of_inside)`: as `each`, and `of_inside` of the function of what is inside of a solid,
+    /// which stays one.
     pub(super) fn each_solid(&mut self, shape: Expr, f: Expr, of_inside: Expr, span: Span) -> Expr {
         let mut statements = Vec::new();
         let f = self.keep(f, &mut statements);

@@ -1,9 +1,9 @@
 //! Trimmed surfaces: [`Binary::Keep`] marks the points of a surface that are there where a value is positive.
 //! [`keep_of`] makes a function of that value, [`erase`] takes the marks out of the surface.
 //!
-//! Whatever a script does with the points of a trimmed surface, the result is trimmed in the same places: all marks that
-//! a function's results depend on count, also those in functions that it calls, in the side of a branch that is taken,
-//! and in every iteration of a loop.
+//! Whatever a script does with the points of a trimmed surface, the result is trimmed in the same places: all marks
+//! that a function's results depend on count, also those in functions that it calls, in the side of a branch that is
+//! taken, and in every iteration of a loop.
 
 use super::builder::{Image, Rebuild, Step};
 use super::call_graph::CallGraph;

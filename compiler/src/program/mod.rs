@@ -97,8 +97,8 @@ impl Program {
         &self.patches[..self.typed.parts.len()]
     }
 
-    /// The patch behind the parts whose first coordinate says where a part is there, if it is trimmed: it is there where
-    /// that is positive. The other coordinates are 0.
+    /// The patch behind the parts whose first coordinate says where a part is there, if it is trimmed: it is there
+    /// where that is positive. The other coordinates are 0.
     #[must_use]
     pub fn keep(&self, part: usize) -> Option<usize> {
         let trim = self.functions.trimmed.binary_search(&part).ok()?;

@@ -39,8 +39,8 @@ pub trait Model: Sync {
     fn parameters(&self) -> &[Parameter];
     /// Its patches, in order.
     fn parts(&self) -> &[Part];
-    /// The patch behind the parts whose first coordinate says where a part is there, if it is trimmed: it is there where
-    /// that is positive.
+    /// The patch behind the parts whose first coordinate says where a part is there, if it is trimmed: it is there
+    /// where that is positive.
     fn keep(&self, part: usize) -> Option<usize> {
         let _ = part;
         None

@@ -3,7 +3,7 @@
 use super::program;
 use crate::program::{Order, Program, Sites};
 
-const DISC: &str = "|u: real, v: real| { let p = plane(40mm, 40mm)(u, v)  keep(p, norm(p) - r) }";
+const DISC: &str = "|u: real, v: real| { let p = plane(40mm, 40mm)(u, v)\n keep(p, norm(p) - r) }";
 
 /// The value by which a part is kept, at a place.
 fn keep(program: &Program, part: usize, x: &[f64], uv: [f64; 2]) -> f64 {

@@ -16,6 +16,7 @@ mod measure;
 mod piece;
 mod refine;
 mod resolve;
+mod rim;
 mod stitch;
 #[cfg(test)]
 mod tests;

@@ -1,112 +1,99 @@
 //! Edges of trimmed patches that are the same curve: both get the vertices of either.
+//!
+//! Where two patches meet along a curve on which each has vertices of its own, a narrow gap is open between their
+//! edges. It is closed from its ends: of two edges that leave one vertex side by side, the longer one is divided at the
+//! end of the shorter one, which moves the end of the gap there. So a vertex is only ever put on the edge beside its
+//! own, and not on one that happens to pass near it.
 
-use super::refine::Refinement;
+use super::refine::{Refinement, mix};
+use super::rim::Rim;
 use super::{SurfacePoint, unit_normals};
 use crate::model::{EvaluationError, Partials};
 use glam::DVec3;
-use std::collections::HashMap;
+use std::cmp::Reverse;
+use std::collections::{BinaryHeap, HashMap};
 
 /// Vertices so near to each other are one, as a part of the chord: edges are found to rounding, and neither is longer
 /// than a fraction of a step then.
 const SAME: f64 = 1e-3;
-/// Vertices so near to an edge lie on it, in chords: either side may leave the curve by one.
-const ON_EDGE: f64 = 2.5;
-/// Rounds of dividing edges at the vertices on them.
+/// The widest gap, in chords: either side may leave the curve by one.
+const WIDEST: f64 = 2.5;
+/// The largest ratio of width and length at the end of a gap.
+const STEEPEST: f64 = 0.35;
+/// The least cosine between two edges for which a gap between them begins in their middle.
+const ALONG: f64 = 0.8;
+/// Rounds of looking for gaps without an end.
 const ROUNDS: usize = 12;
+/// Holes so short, in chords, are closed whatever their shape: triangles as small as the chord are not divided, and
+/// where several edges meet they may leave a hole of their size.
+const SMALL_HOLE: f64 = 16.0;
 /// Steps that find a vertex on the other patch.
 const STEPS: usize = 12;
+
+/// Closes the gaps between trimmed patches.
+///
+/// # Errors
+/// The surface cannot be evaluated.
+pub(super) fn stitch(mesh: &mut Refinement<'_>) -> Result<(), EvaluationError> {
+    merge(mesh);
+    drop_flat(mesh);
+    let mut gaps = Gaps::of(mesh);
+    gaps.close()?;
+    for _ in 0..ROUNDS {
+        if !gaps.begin()? {
+            break;
+        }
+    }
+    gaps.mark_small_holes();
+    gaps.close()?;
+    drop_flat(mesh);
+    Ok(())
+}
 
 /// An edge of a triangle that no other triangle has.
 #[derive(Clone, Copy)]
 struct Open {
     triangle: usize,
-    side: usize,
-}
-
-/// Gives open edges the vertices of other open edges that lie on them.
-pub(super) fn stitch(mesh: &mut Refinement<'_>) -> Result<(), EvaluationError> {
-    merge(mesh);
-    for _ in 0..ROUNDS {
-        if !divide(mesh)? {
-            break;
-        }
-    }
-    Ok(())
+    /// Its vertices in the triangle's order.
+    ends: [u32; 2],
+    /// Whether it belongs to a hole that is closed whatever its shape.
+    in_small_hole: bool,
 }
 
 /// The edges without a neighbour, by the positions of their ends.
-fn open_edges(mesh: &Refinement<'_>) -> Vec<Open> {
-    let number = mesh.mesh.position_numbers();
-    let mut count: HashMap<(u32, u32), (usize, Open)> = HashMap::new();
+fn open_edges(mesh: &Refinement<'_>, number: &[u32]) -> Vec<Open> {
+    let mut of_edge: HashMap<(u32, u32), Vec<(Open, bool)>> = HashMap::new();
     for (triangle, corners) in mesh.mesh.triangles.iter().enumerate() {
         for side in 0..3 {
-            let [a, b] = [corners[side], corners[(side + 1) % 3]].map(|i| number[i as usize]);
+            let ends = [corners[side], corners[(side + 1) % 3]];
+            let [a, b] = ends.map(|i| number[i as usize]);
             if a != b {
-                count.entry((a.min(b), a.max(b))).or_insert((0, Open { triangle, side })).0 += 1;
+                let open = Open { triangle, ends, in_small_hole: false };
+                of_edge.entry((a.min(b), a.max(b))).or_default().push((open, a < b));
             }
         }
     }
-    let mut open: Vec<Open> = count.into_values().filter(|(n, _)| *n == 1).map(|(_, open)| open).collect();
-    open.sort_unstable_by_key(|o| (o.triangle, o.side));
+    let alone = |edges: Vec<(Open, bool)>| {
+        let forth = edges.iter().filter(|(_, forth)| *forth).count();
+        let more = 2 * forth > edges.len();
+        (edges.len() % 2 == 1).then(|| edges.into_iter().find(|(_, forth)| *forth == more)).flatten()
+    };
+    let mut open: Vec<Open> = of_edge.into_values().filter_map(alone).map(|(open, _)| open).collect();
+    open.sort_unstable_by_key(|o| (o.triangle, o.ends));
     open
 }
 
-/// The vertices at open edges, each once, and all of them by cells of a grid.
-struct Rim {
-    vertices: Vec<u32>,
-    cells: HashMap<[i64; 3], Vec<u32>>,
-    cell: f64,
-}
-
-impl Rim {
-    fn new(mesh: &Refinement<'_>, open: &[Open], cell: f64) -> Self {
-        let mut vertices: Vec<u32> = open.iter().flat_map(|o| mesh.side(o.triangle, o.side).0).collect();
-        vertices.sort_unstable();
-        vertices.dedup();
-        let mut cells: HashMap<[i64; 3], Vec<u32>> = HashMap::new();
-        for vertex in &vertices {
-            cells.entry(key(position(mesh, *vertex), cell)).or_default().push(*vertex);
-        }
-        Self { vertices, cells, cell }
-    }
-
-    /// Vertices whose cells the box of two points touches, widened.
-    fn near(&self, a: DVec3, b: DVec3, margin: f64) -> Vec<u32> {
-        let low = key(a.min(b) - margin, self.cell);
-        let high = key(a.max(b) + margin, self.cell);
-        let spans = [0, 1, 2].map(|k| high[k] - low[k] + 1);
-        let cells = spans.iter().map(|n| *n as f64).product::<f64>();
-        if cells > self.vertices.len() as f64 {
-            return self.vertices.clone();
-        }
-        let mut near = Vec::new();
-        for x in low[0]..=high[0] {
-            for y in low[1]..=high[1] {
-                for z in low[2]..=high[2] {
-                    near.extend(self.cells.get(&[x, y, z]).into_iter().flatten());
-                }
-            }
-        }
-        near.sort_unstable();
-        near
-    }
-}
-
-fn key(p: DVec3, cell: f64) -> [i64; 3] {
-    (p / cell).floor().to_array().map(|c| c as i64)
-}
-
-fn position(mesh: &Refinement<'_>, vertex: u32) -> DVec3 {
+pub(super) fn position(mesh: &Refinement<'_>, vertex: u32) -> DVec3 {
     DVec3::from_array(mesh.mesh.positions[vertex as usize])
 }
 
 /// Puts vertices at open edges that are next to each other in one place.
 fn merge(mesh: &mut Refinement<'_>) {
-    let open = open_edges(mesh);
+    let open = open_edges(mesh, &mesh.mesh.position_numbers());
     let reach = SAME * mesh.chord;
-    let rim = Rim::new(mesh, &open, 4.0 * reach);
+    let rim = Rim::new(mesh, open.iter().flat_map(|o| o.ends).collect(), 4.0 * reach);
     let mut moved: HashMap<u32, [f64; 3]> = HashMap::new();
-    for vertex in &rim.vertices {
+    for vertex in rim.vertices() {
         let here = position(mesh, *vertex);
         let first = rim.near(here, here, reach).into_iter().find(|other| {
             *other < *vertex && !moved.contains_key(other) && position(mesh, *other).distance(here) <= reach
@@ -118,50 +105,236 @@ fn merge(mesh: &mut Refinement<'_>) {
     moved.into_iter().for_each(|(vertex, place)| mesh.mesh.positions[vertex as usize] = place);
 }
 
-/// Divides open edges at vertices of others that lie on them; whether there were any.
-fn divide(mesh: &mut Refinement<'_>) -> Result<bool, EvaluationError> {
-    let open = open_edges(mesh);
-    let longest = open.iter().map(|o| mesh.side(o.triangle, o.side).1).map(|[a, b]| a.distance(b)).fold(0.0, f64::max);
-    let mean = longest.max(mesh.chord) / 8.0;
-    let rim = Rim::new(mesh, &open, mean.max(mesh.chord));
-    let mut taken: HashMap<usize, ()> = HashMap::new();
-    let mut cuts = Vec::new();
-    for edge in &open {
-        let (ends, [a, b]) = mesh.side(edge.triangle, edge.side);
-        let length = b - a;
-        let on_edge = |vertex: &u32| {
-            let p = position(mesh, *vertex);
-            let s = (p - a).dot(length) / length.length_squared();
-            let aside = p.distance(a + s * length);
-            let allowed = (ON_EDGE * mesh.chord).min(0.25 * length.length());
-            (!ends.contains(vertex) && s > 0.0 && s < 1.0 && aside <= allowed && p != a && p != b)
-                .then_some((s, *vertex))
-        };
-        let near = rim.near(a, b, ON_EDGE * mesh.chord);
-        // The one nearest to the middle: both halves are looked at again.
-        let best = near.iter().filter_map(on_edge).min_by(|x, y| (x.0 - 0.5).abs().total_cmp(&(y.0 - 0.5).abs()));
-        if let Some((s, vertex)) = best
-            && taken.insert(edge.triangle, ()).is_none()
-        {
-            cuts.push((*edge, s, vertex));
-        }
-    }
-    for (edge, s, vertex) in &cuts {
-        split(mesh, *edge, *s, *vertex)?;
-    }
-    Ok(!cuts.is_empty())
+/// Drops triangles two of whose corners are in one place.
+fn drop_flat(mesh: &mut Refinement<'_>) {
+    let number = mesh.mesh.position_numbers();
+    let is_flat = |t: &[u32; 3]| {
+        let [a, b, c] = t.map(|i| number[i as usize]);
+        a == b || b == c || c == a
+    };
+    let flat: Vec<bool> = mesh.mesh.triangles.iter().map(is_flat).collect();
+    let mut left = flat.iter();
+    mesh.mesh.triangles.retain(|_| !left.next().copied().unwrap_or(false));
+    let mut left = flat.iter();
+    mesh.patches.retain(|_| !left.next().copied().unwrap_or(false));
 }
 
-/// Divides a triangle at a vertex of another patch that lies on one of its edges.
-fn split(mesh: &mut Refinement<'_>, edge: Open, s: f64, vertex: u32) -> Result<(), EvaluationError> {
-    let ([a, b], _) = mesh.side(edge.triangle, edge.side);
+/// The open edges of a mesh while they are closed.
+struct Gaps<'m, 'a> {
+    mesh: &'m mut Refinement<'a>,
+    /// Numbers of vertices: those at one position have one.
+    number: Vec<u32>,
+    /// `None` where it was closed or divided.
+    edges: Vec<Option<Open>>,
+    /// The edges at a number, and those of a triangle; closed ones too.
+    at: HashMap<u32, Vec<usize>>,
+    of_triangle: HashMap<usize, Vec<usize>>,
+    /// Ends of gaps: their widths as bits, which have the order of positive numbers, and the shorter and the longer
+    /// edge.
+    ends: BinaryHeap<Reverse<(u64, usize, usize)>>,
+}
+
+impl<'m, 'a> Gaps<'m, 'a> {
+    fn of(mesh: &'m mut Refinement<'a>) -> Self {
+        let number = mesh.mesh.position_numbers();
+        let open = open_edges(mesh, &number);
+        let (at, of_triangle, ends) = (HashMap::new(), HashMap::new(), BinaryHeap::new());
+        let mut gaps = Self { mesh, number, edges: Vec::new(), at, of_triangle, ends };
+        open.into_iter().for_each(|edge| gaps.add(edge));
+        (0..gaps.edges.len()).for_each(|edge| gaps.look(edge));
+        gaps
+    }
+
+    fn numbers(&self, edge: &Open) -> [u32; 2] {
+        edge.ends.map(|i| self.number[i as usize])
+    }
+
+    fn patch(&self, edge: &Open) -> u32 {
+        self.mesh.patches[edge.triangle]
+    }
+
+    fn length(&self, edge: &Open) -> f64 {
+        let [a, b] = edge.ends.map(|i| position(self.mesh, i));
+        a.distance(b)
+    }
+
+    /// The open edges at a number.
+    fn open_at(&self, number: u32) -> impl Iterator<Item = usize> {
+        self.at.get(&number).into_iter().flatten().copied().filter(|edge| self.edges[*edge].is_some())
+    }
+
+    /// Adds an open edge, or closes the one between the same ends.
+    fn add(&mut self, edge: Open) {
+        let [a, b] = self.numbers(&edge);
+        let same = |other: &usize| self.edges[*other].is_some_and(|other| self.numbers(&other).contains(&b));
+        let same = self.open_at(a).find(same);
+        if let Some(other) = same {
+            self.edges[other] = None;
+            return;
+        }
+        let number = self.edges.len();
+        self.edges.push(Some(edge));
+        [a, b].into_iter().for_each(|end| self.at.entry(end).or_default().push(number));
+        self.of_triangle.entry(edge.triangle).or_default().push(number);
+    }
+
+    /// Notes the ends of gaps that an edge has with others.
+    fn look(&mut self, edge: usize) {
+        let Some(open) = self.edges[edge] else { return };
+        for number in self.numbers(&open) {
+            for other in self.open_at(number).filter(|other| *other != edge).collect::<Vec<_>>() {
+                self.ends.extend(self.end(edge, other, number).map(Reverse));
+            }
+        }
+    }
+
+    /// The end of the gap between two edges that leave one vertex, if there is one.
+    fn end(&self, first: usize, second: usize, number: u32) -> Option<(u64, usize, usize)> {
+        let edges = [self.edges[first]?, self.edges[second]?];
+        let outwards = edges.map(|edge| {
+            let [a, b] = edge.ends.map(|i| position(self.mesh, i));
+            if self.numbers(&edge)[0] == number { b - a } else { a - b }
+        });
+        let lengths = outwards.map(DVec3::length);
+        let ([short, long], [shorter, longer]) = if lengths[0] <= lengths[1] {
+            ([first, second], outwards)
+        } else {
+            ([second, first], [outwards[1], outwards[0]])
+        };
+        let along = (shorter.dot(longer) / longer.length_squared()).max(0.0);
+        let width = (shorter - along * longer).length();
+        let leaves = edges.iter().filter(|edge| self.numbers(edge)[0] == number).count() == 1;
+        let is_gap = if edges.iter().all(|edge| edge.in_small_hole) {
+            leaves
+        } else {
+            self.patch(&edges[0]) != self.patch(&edges[1])
+                && width <= (WIDEST * self.mesh.chord).min(STEEPEST * shorter.length())
+        };
+        is_gap.then_some((width.to_bits(), short, long))
+    }
+
+    /// Closes gaps from their ends, the narrowest first.
+    fn close(&mut self) -> Result<(), EvaluationError> {
+        while let Some(Reverse((_, short, long))) = self.ends.pop() {
+            let (Some(shorter), Some(longer)) = (self.edges[short], self.edges[long]) else { continue };
+            let common = self.numbers(&longer);
+            let [a, b] = self.numbers(&shorter);
+            let vertex = shorter.ends[usize::from(common.contains(&a))];
+            if common.contains(&a) != common.contains(&b) {
+                self.divide(long, vertex)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Divides an edge at a vertex of another patch, and its triangle.
+    fn divide(&mut self, edge: usize, vertex: u32) -> Result<(), EvaluationError> {
+        let Some(open) = self.edges[edge].take() else { return Ok(()) };
+        let [a, b] = open.ends;
+        let corners = self.mesh.mesh.triangles[open.triangle];
+        let Some(tip) = corners.into_iter().find(|i| ![a, b].contains(i)) else { return Ok(()) };
+        let new = add_at(self.mesh, open.ends, vertex)?;
+        self.number.push(self.number[vertex as usize]);
+        let second = self.mesh.mesh.triangles.len();
+        self.mesh.mesh.triangles[open.triangle] = [a, new, tip];
+        self.mesh.mesh.triangles.push([new, b, tip]);
+        self.mesh.patches.push(self.mesh.patches[open.triangle]);
+        for other in self.of_triangle.get(&open.triangle).cloned().unwrap_or_default() {
+            if let Some(moved) = self.edges[other].as_mut().filter(|o| o.triangle == open.triangle && o.ends[0] == b) {
+                moved.triangle = second;
+                self.of_triangle.entry(second).or_default().push(other);
+            }
+        }
+        let first = self.edges.len();
+        self.add(Open { ends: [a, new], ..open });
+        self.add(Open { ends: [new, b], triangle: second, ..open });
+        (first..self.edges.len()).for_each(|edge| self.look(edge));
+        Ok(())
+    }
+
+    /// Begins gaps that have no end, as between two circles without a common vertex, where they are narrowest: divides
+    /// edges at vertices on them, and closes the gaps from there. Whether there were any.
+    fn begin(&mut self) -> Result<bool, EvaluationError> {
+        let widest = WIDEST * self.mesh.chord;
+        let open: Vec<(usize, Open)> = self.edges.iter().enumerate().filter_map(|(k, e)| Some((k, (*e)?))).collect();
+        let mean = open.iter().map(|(_, o)| self.length(o)).sum::<f64>() / open.len().max(1) as f64;
+        let rim = Rim::new(self.mesh, open.iter().flat_map(|(_, o)| o.ends).collect(), mean.max(widest));
+        let mut found = Vec::new();
+        for (k, edge) in &open {
+            let [a, b] = edge.ends.map(|i| position(self.mesh, i));
+            let width = |vertex: &u32| self.width(edge, *vertex).map(|width| (width.to_bits(), *k, *vertex));
+            found.extend(rim.near(a, b, widest).iter().filter_map(width));
+        }
+        found.sort_unstable();
+        let mut any = false;
+        for (_, edge, vertex) in found {
+            if self.edges[edge].is_some() && self.open_at(self.number[vertex as usize]).next().is_some() {
+                any = true;
+                self.divide(edge, vertex)?;
+                self.close()?;
+            }
+        }
+        Ok(any)
+    }
+
+    /// The distance of a vertex from an edge of another patch, if an open edge of the vertex runs along it.
+    fn width(&self, edge: &Open, vertex: u32) -> Option<f64> {
+        let [a, b] = edge.ends.map(|i| position(self.mesh, i));
+        let (p, length) = (position(self.mesh, vertex), b - a);
+        let s = (p - a).dot(length) / length.length_squared();
+        let width = p.distance(a + s * length);
+        let number = self.number[vertex as usize];
+        let runs_along = |other: usize| {
+            let Some(other) = self.edges[other].filter(|o| self.patch(o) != self.patch(edge)) else { return false };
+            let [c, d] = other.ends.map(|i| position(self.mesh, i));
+            (d - c).normalize_or_zero().dot(length.normalize_or_zero()).abs() > ALONG
+        };
+        let is_beside =
+            s > 0.0 && s < 1.0 && width <= WIDEST * self.mesh.chord && !self.numbers(edge).contains(&number);
+        (is_beside && self.open_at(number).any(runs_along)).then_some(width)
+    }
+
+    /// Marks the edges of small holes between patches, and notes where they can be closed.
+    fn mark_small_holes(&mut self) {
+        let mut seen = vec![false; self.edges.len()];
+        for first in 0..self.edges.len() {
+            let mut way: Vec<usize> = Vec::new();
+            let mut next = Some(first).filter(|k| self.edges[*k].is_some() && !seen[*k]);
+            while let Some(edge) = next {
+                seen[edge] = true;
+                way.push(edge);
+                let Some(end) = self.edges[edge].map(|open| self.numbers(&open)[1]) else { break };
+                let leaves = |k: &usize| self.edges[*k].is_some_and(|open| self.numbers(&open)[0] == end);
+                // Back where the way has been, the hole is what lies between.
+                if let Some(from) = way.iter().position(leaves) {
+                    self.mark(&way[from..]);
+                    break;
+                }
+                next = self.open_at(end).find(|k| !seen[*k] && leaves(k));
+            }
+        }
+        let marked = |k: &usize| self.edges[*k].is_some_and(|open| open.in_small_hole);
+        (0..seen.len()).filter(marked).collect::<Vec<_>>().into_iter().for_each(|edge| self.look(edge));
+    }
+
+    /// Marks the edges of a hole if it is small, and between several patches.
+    fn mark(&mut self, hole: &[usize]) {
+        let edges: Vec<Open> = hole.iter().filter_map(|k| self.edges[*k]).collect();
+        let length: f64 = edges.iter().map(|open| self.length(open)).sum();
+        let first = edges.first().map(|open| self.patch(open));
+        if length <= SMALL_HOLE * self.mesh.chord && edges.iter().any(|open| Some(self.patch(open)) != first) {
+            hole.iter().filter_map(|k| self.edges[*k].as_mut().map(|open| open.in_small_hole = true)).for_each(drop);
+        }
+    }
+}
+
+/// A vertex of a patch where a vertex of another one is, next to the edge between two of its own.
+fn add_at(mesh: &mut Refinement<'_>, [a, b]: [u32; 2], vertex: u32) -> Result<u32, EvaluationError> {
     let target = position(mesh, vertex);
+    let [from, to] = [a, b].map(|i| position(mesh, i));
+    let s = (target - from).dot(to - from) / (to - from).length_squared();
     let [first, last] = mesh.ends_of(a, b);
-    let mut at = SurfacePoint {
-        patch: first.patch,
-        u: super::refine::mix(first.u, last.u, s),
-        v: super::refine::mix(first.v, last.v, s),
-    };
+    let mut at = SurfacePoint { patch: first.patch, u: mix(first.u, last.u, s), v: mix(first.v, last.v, s) };
     let mut partials = mesh.partials(at)?;
     for _ in 0..STEPS {
         let Some((du, dv)) = step(&partials, target) else { break };
@@ -178,12 +351,7 @@ fn split(mesh: &mut Refinement<'_>, edge: Open, s: f64, vertex: u32) -> Result<(
     mesh.mesh.positions.push(target.to_array());
     mesh.mesh.normals.push(normal[0].unwrap_or(DVec3::Z).to_array());
     mesh.origins.push(at);
-    let corners = mesh.mesh.triangles[edge.triangle];
-    let tip = corners[(edge.side + 2) % 3];
-    mesh.mesh.triangles[edge.triangle] = [a, new, tip];
-    mesh.mesh.triangles.push([new, b, tip]);
-    mesh.patches.push(mesh.patches[edge.triangle]);
-    Ok(())
+    Ok(new)
 }
 
 /// The step in u and v towards the foot of a point.

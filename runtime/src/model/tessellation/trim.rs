@@ -35,6 +35,15 @@ const LEAST_SLOPE: f64 = 1e-3;
 /// another one may coincide with it.
 pub(super) const ZERO: f64 = 1e-7;
 
+/// What is level where solids coincide is below this, in millimetres, and its values are the same but for this part of
+/// them.
+const LEVEL_BELOW: f64 = 1e-5;
+const LEVEL: f64 = 0.01;
+/// Where the function is less than this part of what its slope says of the distance from an edge, another is near.
+const NEARER: f64 = 0.5;
+/// The least number of places in a triangle that show that the function is level.
+const LEAST_LEVEL: usize = 2;
+
 /// 1 where a surface is there, -1 where it is not, 0 on its edge.
 fn sign(value: f64) -> i8 {
     match value {
@@ -42,6 +51,20 @@ fn sign(value: f64) -> i8 {
         value if value < -ZERO => -1,
         _ => 0,
     }
+}
+
+/// Whether several values are one that is next to zero, and the others lie beyond: where surfaces of two solids
+/// coincide the function is level at a small value, and so has no zero there.
+fn is_level(values: &[f64]) -> bool {
+    let least = values.iter().map(|value| value.abs()).fold(f64::INFINITY, f64::min);
+    let level = values.iter().filter(|value| value.abs() < least * (1.0 + LEVEL)).count();
+    least > ZERO && least < LEVEL_BELOW && level >= LEAST_LEVEL
+}
+
+/// The corner that is on another side than both others; of two on different sides and one on the edge, either.
+fn lone(signs: [i8; 3]) -> usize {
+    let is_lone = |k: &usize| signs[*k] != 0 && signs[*k] != signs[(k + 1) % 3] && signs[*k] != signs[(k + 2) % 3];
+    (0..3).find(is_lone).unwrap_or(0)
 }
 
 /// How a triangle stands to the edge of what is there.
@@ -173,9 +196,15 @@ impl Refinement<'_> {
         let sides: Vec<(usize, [i8; 3])> = crossed.iter().map(|(k, signs)| (triangles[*k], *signs)).collect();
         let mut bent = HashMap::new();
         for ((k, _), (straight, crossings)) in crossed.iter().zip(self.are_straight(&sides, keeps)?) {
-            if !straight && self.longest_side(triangles[*k]) > self.chord {
+            if self.longest_side(triangles[*k]) <= self.chord {
+                continue;
+            }
+            let values = &values[k * places.len()..][..places.len()];
+            if !straight {
                 stands[*k] = Stand::Unclear;
                 bent.insert(*k, crossings);
+            } else if !self.is_all(triangles[*k], crossings, values, &places) {
+                stands[*k] = Stand::Unclear;
             }
         }
         Ok((stands, bent))
@@ -193,31 +222,56 @@ impl Refinement<'_> {
         if has(values, 1) && has(values, -1) {
             return Stand::Unclear;
         }
-        let positions = self.mesh.corners(self.mesh.triangles[triangle]);
-        let slope = (0..3).map(|k| {
-            let next = (k + 1) % 3;
-            (values[k] - values[next]).abs() / positions[k].distance(positions[next])
-        });
-        let slope = slope.filter(|s| s.is_finite()).fold(LEAST_SLOPE, f64::max);
+        if is_level(values) {
+            return Stand::Clear;
+        }
+        let slope = self.slope(triangle, values);
         let linear = |w: &[f64; 3]| (0..3).map(|k| w[k] * values[k]).sum::<f64>();
         let bend = places.iter().zip(values).map(|(w, value)| (value - linear(w)).abs()).fold(0.0, f64::max) / slope;
         let near = values.iter().map(|value| value.abs()).fold(f64::INFINITY, f64::min) / slope;
         if bend > SHARE * self.chord && near < 2.0 * bend { Stand::Unclear } else { Stand::Clear }
     }
 
-    /// Whether the edge of what is there is straight in triangles with one corner on the other side than both others: by
-    /// the sides of places beside the line between its two crossings. What is there at the corners is given.
+    /// The largest slope of the function along the sides of a triangle.
+    fn slope(&self, triangle: usize, values: &[f64]) -> f64 {
+        let positions = self.mesh.corners(self.mesh.triangles[triangle]);
+        let slope = (0..3).map(|k| {
+            let next = (k + 1) % 3;
+            (values[k] - values[next]).abs() / positions[k].distance(positions[next])
+        });
+        slope.filter(|s| s.is_finite()).fold(LEAST_SLOPE, f64::max)
+    }
+
+    /// Whether the line between its crossings is all that a triangle has of the edge, by what the function says of other
+    /// places: on the side that it is, and of no edge that is nearer than the line.
+    fn is_all(&self, triangle: usize, line: [[f64; 3]; 2], values: &[f64], places: &[[f64; 3]]) -> bool {
+        let corners = self.mesh.corners(self.mesh.triangles[triangle]);
+        let position = |w: &[f64; 3]| (0..3).map(|k| w[k] * corners[k]).sum::<DVec3>();
+        let [p, q] = line.each_ref().map(position);
+        let direction = (q - p).normalize_or_zero();
+        let signs = [0, 1, 2].map(|k| sign(values[k]));
+        let lone = lone(signs);
+        let across = corners[lone] - p - direction * (corners[lone] - p).dot(direction);
+        let across = across.normalize_or_zero() * f64::from(signs[lone]);
+        let slope = self.slope(triangle, values);
+        places.iter().zip(values).all(|(place, value)| {
+            let distance = (position(place) - p).dot(across);
+            let is_level = value.abs() < LEVEL_BELOW;
+            distance.abs() <= self.chord
+                || sign(*value) == 0
+                || (value * distance > 0.0 && (is_level || value.abs() > NEARER * distance.abs() * slope))
+        })
+    }
+
+    /// Whether the edge of what is there is straight in triangles with one corner on the other side than both others:
+    /// by the sides of places beside the line between its two crossings. What is there at the corners is given.
     fn are_straight(
         &self,
         triangles: &[(usize, [i8; 3])],
         keeps: &[Option<usize>],
     ) -> Result<Vec<(bool, [[f64; 3]; 2])>, EvaluationError> {
         let numbers: Vec<usize> = triangles.iter().map(|(t, _)| *t).collect();
-        // Of two corners on different sides and one on the edge, either.
-        let lone = |signs: &[i8; 3]| {
-            (0..3).find(|k| signs[*k] != 0 && signs[*k] != signs[(k + 1) % 3] && signs[*k] != signs[(k + 2) % 3])
-        };
-        let lone: Vec<usize> = triangles.iter().map(|(_, signs)| lone(signs).unwrap_or(0)).collect();
+        let lone: Vec<usize> = triangles.iter().map(|(_, signs)| lone(*signs)).collect();
         let is_there = |k: usize| triangles[k].1[lone[k]] > 0;
         let crossings = [1, 2].map(|turn| -> Result<Vec<[f64; 3]>, EvaluationError> {
             let on_edge = |k: usize| triangles[k].1[(lone[k] + turn) % 3] == 0;
@@ -321,25 +375,23 @@ impl Refinement<'_> {
         Ok(())
     }
 
-    /// Drops the triangles that are not there: by their middles, which lie on one side now.
+    /// Drops the triangles that are not there: by their corners, all on the edge or on one side of it now.
     fn drop_absent(&mut self, keeps: &[Option<usize>]) -> Result<(), EvaluationError> {
         let trimmed = |t: &usize| keeps[self.patches[*t] as usize].is_some();
         let mut triangles: Vec<usize> = (0..self.mesh.triangles.len()).filter(trimmed).collect();
         triangles.sort_by_key(|t| self.patches[*t]);
-        let values = self.values(&triangles, &[[1.0 / 3.0; 3]], keeps)?;
+        let places: Vec<[f64; 3]> = CORNERS.into_iter().chain([[1.0 / 3.0; 3]]).collect();
+        let values = self.values(&triangles, &places, keeps)?;
         let mut there = vec![true; self.mesh.triangles.len()];
-        triangles.iter().zip(values).for_each(|(triangle, value)| there[*triangle] = value > 0.0);
+        for (triangle, values) in triangles.iter().zip(values.chunks_exact(places.len())) {
+            let has = |wanted: i8| values[..3].iter().any(|value| sign(*value) == wanted);
+            // Narrow triangles beside a curve may have their middle beyond it.
+            there[*triangle] = if has(1) == has(-1) { values[3] > 0.0 } else { has(1) };
+        }
         let mut kept = there.iter();
         self.mesh.triangles.retain(|_| kept.next().copied().unwrap_or(true));
         let mut kept = there.iter();
         self.patches.retain(|_| kept.next().copied().unwrap_or(true));
         Ok(())
-    }
-
-    /// The corner of a triangle's edge k and of the next, and their positions.
-    pub(super) fn side(&self, triangle: usize, k: usize) -> ([u32; 2], [DVec3; 2]) {
-        let corners = self.mesh.triangles[triangle];
-        let ends = [corners[k], corners[(k + 1) % 3]];
-        (ends, ends.map(|i| DVec3::from_array(self.mesh.positions[i as usize])))
     }
 }

@@ -6,7 +6,12 @@ use super::*;
 fn solids() -> Vec<(&'static str, f64)> {
     let lens = |r: f64, d: f64| PI * (4.0 * r + d) * (2.0 * r - d).powi(2) / 12.0;
     let ball = 4.0 / 3.0 * PI * 1000.0;
-    let long = "let rod = capped_cylinder(radius: 10mm, height: 40mm).translate((0mm, 0mm, -20mm))";
+    // What is left of the box below 12 mm: both bores less what they have in common, an elliptic integral.
+    let below = 25.0 * PI - 25.0 * 0.4_f64.acos() + 2.0 * 21.0_f64.sqrt();
+    let crossed = 4800.0 - 108.0 * PI - 20.0 * below + 191.233_831_528_65;
+    // Of a bar of 4 mm, what is in the bore that it crosses.
+    let in_bore = 4.0 * (4.0 * 12.0_f64.sqrt() + 16.0 / 3.0 * PI);
+    let common = 18.0 * (5.0_f64 / 6.0).acos() - 2.5 * 11.0_f64.sqrt();
     vec![
         (
             "part p = ball(radius: 10mm) - {hole: capped_cylinder(radius: 6mm, height: 40mm).translate((0mm, 0mm, -20mm))}",
@@ -40,11 +45,6 @@ fn solids() -> Vec<(&'static str, f64)> {
         ("part p = box() + {other: box()}", 8000.0),
         ("part p = box() & {other: box().translate((8mm, 0mm, 0mm))}", 12.0 * 400.0),
         ("part p = box() - {other: box().translate((8mm, 8mm, 8mm))}", 8000.0 - 12.0_f64.powi(3)),
-        // A pipe tee without its bore.
-        (
-            Box::leak(format!("{long} part p = rod & {{other: rod.rotate(90deg, (1, 0, 0))}}").into_boxed_str()),
-            16.0 / 3.0 * 1000.0,
-        ),
         // Moved and mirrored afterwards, and cut again.
         (
             "let drilled = box() - {hole: capped_cylinder(radius: 3mm, height: 20mm)}
@@ -54,29 +54,63 @@ fn solids() -> Vec<(&'static str, f64)> {
         (
             "let drilled = box() - {hole: capped_cylinder(radius: 3mm, height: 20mm)}
           part p = drilled - {cross: capped_cylinder(radius: 5mm, height: 40mm)
-            .translate((0mm, 0mm, -20mm)).rotate(90deg, (1, 0, 0)).translate((0mm, 0mm, 10mm))} & {half: half_space()}",
-            0.0,
+            .translate((0mm, 0mm, -20mm)).rotate(90deg, (1, 0, 0)).translate((0mm, 0mm, 10mm))}
+            & {half: half_space(at: (0mm, 0mm, 12mm))}",
+            crossed,
+        ),
+        // Without another.
+        (
+            "part p = box() - {bore: capped_cylinder(radius: 4mm, height: 25mm)
+            + {bar: box(width: 4mm, depth: 30mm, height: 4mm).translate((0mm, 0mm, 8mm))}}",
+            8000.0 - 320.0 * PI - 320.0 + in_bore,
+        ),
+        // A small hole in triangles that are large, whose edge just meets one of theirs.
+        (
+            "part p = box(width: 200mm, depth: 200mm, height: 6mm)
+            - {hole: capped_cylinder(radius: 0.5mm, height: 6mm).translate((37mm, 11mm, 0mm))}",
+            240_000.0 - 1.5 * PI,
+        ),
+        // Rods that overlap, from the base of a plate on.
+        (
+            "part p = box(width: 60mm, depth: 10mm, height: 3mm) + {rod: for i in 0..5 {
+            capped_cylinder(radius: 3mm, height: 10mm).translate(((i - 2) * 5mm, 0mm, 0mm)) }}",
+            1800.0 + 7.0 * (45.0 * PI - 4.0 * common),
         ),
     ]
+}
+
+/// The volume may differ by so much from that of a formula: chords lie up to the fineness beside a surface.
+fn deviation(mesh: &TriangleMesh, chord: f64) -> f64 {
+    let area = |t: &[u32; 3]| {
+        let [a, b, c] = mesh.corners(*t);
+        0.5 * (b - a).cross(c - a).length()
+    };
+    chord * mesh.triangles.iter().map(area).sum::<f64>() + 1e-9
 }
 
 #[test]
 fn what_solids_are_made_of_closes() {
     for (script, truth) in solids() {
         let program = program(script);
-        let tessellation = tessellate(&program, 0.01);
-        let mesh = &tessellation.mesh;
-        assert_eq!(open_edges(mesh), 0, "{script}");
-        let area: f64 =
-            mesh.triangles.iter().map(|t| mesh.corners(*t)).map(|[a, b, c]| 0.5 * (b - a).cross(c - a).length()).sum();
-        let found = volume(mesh);
-        // Chords lie up to 0.01 mm beside a surface, of which the mean is two thirds.
+        let mesh = tessellate(&program, 0.01).mesh;
+        assert_eq!(open_edges(&mesh), 0, "{script}");
+        let (found, triangles) = (volume(&mesh), mesh.triangles.len());
         assert!(
-            (found - truth).abs() <= 0.01 * area + 1e-9,
-            "{script}: {found} for {truth}, {} triangles",
-            mesh.triangles.len()
+            (found - truth).abs() <= deviation(&mesh, 0.01) && triangles < 20_000,
+            "{script}: {found} for {truth}, {triangles} triangles"
         );
         let closedness = Closedness::of(&program, &*instance(&program)).unwrap();
         assert!(closedness.is_closed() && closedness.inside_out.is_empty(), "{script}: {closedness:?}");
     }
+}
+
+#[test]
+fn rods_that_touch_along_their_crossing_have_the_volume_of_steinmetz() {
+    // Four edges meet in two points, where both rods have one tangent plane: what is there between is not defined.
+    let program = program(
+        "let rod = capped_cylinder(radius: 10mm, height: 40mm).translate((0mm, 0mm, -20mm))
+        part p = rod & {other: rod.rotate(90deg, (1, 0, 0))}",
+    );
+    let mesh = tessellate(&program, 0.01).mesh;
+    assert!((volume(&mesh) - 16.0 / 3.0 * 1000.0).abs() <= deviation(&mesh, 0.01), "{}", volume(&mesh));
 }
