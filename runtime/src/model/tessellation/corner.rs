@@ -11,7 +11,7 @@ const STEPS: usize = 6;
 /// Newton's steps onto a side.
 const ONTO: usize = 4;
 /// The value of the function at the places on its sides, in millimetres: of a part of what `trim` takes for zero.
-const POSITIVE: f64 = 0.5 * super::trim::ZERO;
+const POSITIVE: f64 = 0.5 * super::stand::ZERO;
 /// The sine of the angle between the sides below which there is no corner: a smooth edge looks straight from near.
 const LEAST_SINE: f64 = 0.05;
 /// A corner so near to a side of its triangle, in barycentric coordinates, is left to the division of that.

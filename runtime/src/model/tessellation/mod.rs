@@ -17,6 +17,7 @@ mod piece;
 mod refine;
 mod resolve;
 mod rim;
+mod stand;
 mod stitch;
 #[cfg(test)]
 mod tests;
