@@ -11,6 +11,11 @@ use glam::{DVec2, DVec3};
 /// with which another one may coincide. Millimetres.
 const ON_EDGE: f64 = 1e-7;
 
+/// Limits of the second derivative of half of the squared distance along an edge, as the last step shows it: next to the
+/// centre of a circle it is next to zero.
+const LEAST_BEND: f64 = 0.002;
+const MOST_BEND: f64 = 10.0;
+
 /// A patch that is trimmed, with the patch of the function that is positive where it is there.
 #[derive(Clone, Copy)]
 pub(super) struct Trimmed<'a> {
@@ -35,6 +40,9 @@ struct Walk {
     /// The step along the edge that led from there, and whether it leads inward as well.
     step: f64,
     inset: bool,
+    /// The length of the direction there, and the slope of half of the squared distance along the edge. Millimetres.
+    length: f64,
+    pull: f64,
 }
 
 /// What became of a step.
@@ -120,6 +128,8 @@ impl Trimmed<'_> {
             inward: DVec2::ZERO,
             step: 0.0,
             inset: false,
+            length: 0.0,
+            pull: 0.0,
         };
         let mut walks: Vec<Walk> = from.iter().map(begin).collect();
         for _ in 0..EDGE_EVALUATIONS {
@@ -178,7 +188,11 @@ impl Trimmed<'_> {
         }
         let along = here.slope.perp();
         let tangent = here.du * along.x + here.dv * along.y;
-        let step = -r.dot(tangent) / tangent.length_squared();
+        let (length, pull) = (tangent.length(), r.dot(tangent) / tangent.length());
+        // The second derivative along the edge is 1 on a straight one; elsewhere the last step tells.
+        let bend = (pull - walk.pull) / (walk.step * walk.length);
+        let bend = if bend > 0.0 { bend.clamp(LEAST_BEND, MOST_BEND) } else { 1.0 };
+        let step = -pull / (bend * length);
         let held = self.held(walk.at, along * step);
         let ends = held != [false; 2] || !step.is_finite();
         let (steepest, gain) = here.steepest(if ends { held } else { [false; 2] });
@@ -187,6 +201,7 @@ impl Trimmed<'_> {
         let normal = here.du.cross(here.dv);
         walk.best = Foot { uv: walk.at.to_array(), point: here.point, normal, d2, hold };
         (walk.along, walk.inward, walk.step) = (along, steepest / gain.sqrt(), step);
+        (walk.length, walk.pull) = (length, pull);
         walk.at = self.within(walk.at + along * step);
         if ends || here.length(along * step) <= self.tolerance { Next::Ends } else { Next::GoesOn }
     }

@@ -1,10 +1,8 @@
 //! The resolution that a patch's grid of facets needs.
 
 use super::domain::{Domain, Stretch};
-use super::trim::divide_at_slivers;
-use super::tuning::{
-    CELLS_OF_SIZE, CURVATURE_CELLS, LEAST_CURVATURE_CELLS, MOST_CELLS, MOST_STRETCHES, TRIMMED_CELLS_OF_SIZE,
-};
+use super::trim::{Patches, divide_at_edges};
+use super::tuning::{CELLS_OF_SIZE, CURVATURE_CELLS, LEAST_CURVATURE_CELLS, MOST_CELLS, MOST_STRETCHES, TRIMMED_CELLS};
 use crate::model::{Breaks, Instance};
 use glam::DVec3;
 
@@ -85,16 +83,18 @@ impl Gauge {
         tolerance: f64,
         size: f64,
     ) -> Self {
-        let mut gauge = Self::of_whole(instance, patch, tolerance, size, keep.is_some());
+        // The chord of an edge is about as far from it as that of the surface is.
+        let fine = (TRIMMED_CELLS * (size / tolerance).sqrt()).clamp(CELLS_OF_SIZE, MOST_CELLS);
+        let cells_of_size = if keep.is_some() { fine } else { CELLS_OF_SIZE };
+        let mut gauge = Self::of_whole(instance, patch, tolerance, size, cells_of_size);
         if let Some(keep) = keep {
-            let cell = size / TRIMMED_CELLS_OF_SIZE;
-            gauge.edge_error = cell * divide_at_slivers(instance, keep, &mut gauge.lines);
+            let patches = Patches { patch, keep };
+            gauge.edge_error = divide_at_edges(instance, patches, &mut gauge.lines, size / cells_of_size);
         }
         gauge
     }
 
-    fn of_whole(instance: &dyn Instance, patch: usize, tolerance: f64, size: f64, trimmed: bool) -> Self {
-        let cells_of_size = if trimmed { TRIMMED_CELLS_OF_SIZE } else { CELLS_OF_SIZE };
+    fn of_whole(instance: &dyn Instance, patch: usize, tolerance: f64, size: f64, cells_of_size: f64) -> Self {
         let breaks = Breaks::of_patch(instance, patch).unwrap_or_default();
         let is_broken = breaks != Breaks::default();
         let domain = Domain::new(&breaks);

@@ -3,7 +3,7 @@
 
 use super::gauge::Lines;
 use super::tree::triangle_closest;
-use super::tuning::{MOST_LINES, SLIVERS};
+use super::tuning::{EDGE_ROUNDS, MOST_LINES, SLIVERS};
 use crate::model::{EvaluationError, Instance, Partials};
 use glam::{DVec2, DVec3};
 
@@ -106,8 +106,16 @@ impl Crossed {
     }
 }
 
+/// A patch that is trimmed, and the patch of the function of what is there.
+#[derive(Clone, Copy)]
+pub(super) struct Patches {
+    pub(super) patch: usize,
+    pub(super) keep: usize,
+}
+
 /// The function of what is there of a patch on a grid whose cells are divided.
 struct Sampled {
+    points: Vec<[f64; 3]>,
     keeps: Vec<Keep>,
     /// Of the lines of u and of v.
     at: [Vec<f64>; 2],
@@ -139,17 +147,15 @@ struct Cell<'s> {
 }
 
 impl Sampled {
-    /// None where the function cannot be evaluated.
-    fn new(instance: &dyn Instance, keep: usize, lines: &[Lines; 2], parts: usize) -> Option<Self> {
+    /// None where the patch cannot be evaluated.
+    fn new(instance: &dyn Instance, patches: Patches, lines: &[Lines; 2], parts: usize) -> Option<Self> {
         let fine = lines.each_ref().map(|lines| lines.finer(|cell| lines.has_facets[cell], parts));
-        let keeps = keeps_on_grid(instance, keep, &fine[0].at, &fine[1].at).ok()?;
         let width = fine[0].at.len();
-        Some(Self {
-            keeps,
-            at: fine.map(|lines| lines.at),
-            width,
-            ends: lines.each_ref().map(|lines| lines.ends(parts)),
-        })
+        let mut points = vec![[0.0; 3]; width * fine[1].at.len()];
+        instance.points_grid(patches.patch, &fine[0].at, &fine[1].at, &mut points).ok()?;
+        let keeps = keeps_on_grid(instance, patches.keep, &fine[0].at, &fine[1].at).ok()?;
+        let ends = lines.each_ref().map(|lines| lines.ends(parts));
+        Some(Self { points, keeps, at: fine.map(|lines| lines.at), width, ends })
     }
 
     /// The cells that have facets.
@@ -187,13 +193,26 @@ impl Cell<'_> {
         })
     }
 
+    /// Its sides along u and along v. Millimetres.
+    fn sides(&self) -> [f64; 2] {
+        let [a, b, c, d] = self.corners().map(|[i, j]| DVec3::from(self.sampled.points[j * self.sampled.width + i]));
+        [a.distance(b).max(c.distance(d)), a.distance(d).max(b.distance(c))]
+    }
+
     /// Something in it is there, or is not, that its corners do not show.
     fn hides_something(&self) -> bool {
         let there = self.corners().map(|[i, j]| self.keep(i, j).is_there());
-        there.iter().all(|t| *t == there[0]) && self.inside().any(|(_, t)| t != there[0])
+        there.iter().all(|t| *t == there[0]) && self.is_mixed()
     }
 
-    /// How far the edge is from where its facet has it, as a part of the cell.
+    /// Something in it is there, and something is not.
+    fn is_mixed(&self) -> bool {
+        let [i, j] = self.corners()[0];
+        let first = self.keep(i, j).is_there();
+        self.inside().any(|(_, there)| there != first)
+    }
+
+    /// How far the edge is from where its facet has it. Millimetres.
     fn error(&self) -> f64 {
         let corners = self.corners();
         let keep = corners.map(|[i, j]| self.keep(i, j));
@@ -218,7 +237,8 @@ impl Cell<'_> {
                 _ => None,
             }
         });
-        wrong.fold(0.0, f64::max).min(1.0)
+        let [along, across] = self.sides();
+        wrong.fold(0.0, f64::max).min(1.0) * along.hypot(across)
     }
 
     /// The distance of a place in it to the nearest one that is there.
@@ -235,21 +255,26 @@ fn from_triangle(q: DVec2, corners: [DVec2; 3]) -> f64 {
 }
 
 /// Divides columns and rows of a grid in which something of a patch is there, or is not, that the vertices do not show:
-/// the rim of a thin wall, a small hole. Returns how far the edge is from that of the facets, about, as a part of the
-/// cells.
-pub(super) fn divide_at_slivers(instance: &dyn Instance, keep: usize, lines: &mut [Lines; 2]) -> f64 {
-    let Some(sampled) = Sampled::new(instance, keep, lines, SLIVERS) else { return 0.0 };
-    let mut divided = lines.each_ref().map(|lines| vec![false; lines.has_facets.len()]);
-    for cell in sampled.cells(lines).iter().filter(|cell| cell.hides_something()) {
-        (0..2).for_each(|k| divided[k][cell.place[k]] = true);
-    }
-    for (lines, divided) in lines.iter_mut().zip(&divided) {
-        let added = divided.iter().filter(|d| **d).count() * (SLIVERS - 1);
-        if lines.at.len() + added <= MOST_LINES {
+/// the rim of a thin wall, a small hole; and those through which an edge passes and that are wider than `cell`. Returns
+/// how far the edge is from that of the facets, about. Millimetres.
+pub(super) fn divide_at_edges(instance: &dyn Instance, patches: Patches, lines: &mut [Lines; 2], cell: f64) -> f64 {
+    for _ in 0..EDGE_ROUNDS {
+        let Some(sampled) = Sampled::new(instance, patches, lines, SLIVERS) else { return 0.0 };
+        let mut divided = lines.each_ref().map(|lines| vec![false; lines.has_facets.len()]);
+        for of_grid in sampled.cells(lines).iter().filter(|cell| cell.is_mixed()) {
+            let (hides, sides) = (of_grid.hides_something(), of_grid.sides());
+            (0..2).filter(|k| hides || sides[*k] > 2.0 * cell).for_each(|k| divided[k][of_grid.place[k]] = true);
+        }
+        let added = divided.each_ref().map(|d| d.iter().filter(|d| **d).count() * (SLIVERS - 1));
+        let fits = (0..2).all(|k| lines[k].at.len() + added[k] <= MOST_LINES);
+        if added == [0; 2] || !fits {
+            break;
+        }
+        for (lines, divided) in lines.iter_mut().zip(&divided) {
             *lines = lines.finer(|cell| divided[cell], SLIVERS);
         }
     }
-    let Some(sampled) = Sampled::new(instance, keep, lines, 2) else { return 0.0 };
+    let Some(sampled) = Sampled::new(instance, patches, lines, 2) else { return 0.0 };
     sampled.cells(lines).iter().map(Cell::error).fold(0.0, f64::max)
 }
 

@@ -8,11 +8,13 @@ pub(super) const CELLS_OF_SIZE: f64 = 10.0;
 /// Cells each way of the grid on which a patch's curvature is measured, and the most that it is divided into.
 pub(super) const CURVATURE_CELLS: usize = 12;
 pub(super) const MOST_CELLS: f64 = 48.0;
-/// The same along a patch that is trimmed: facets end at its edge where that is straight between them.
-pub(super) const TRIMMED_CELLS_OF_SIZE: f64 = 40.0;
+/// The same along a patch that is trimmed, whose facets end at its edge where that is straight between them: times the
+/// root of the size in chords. A circle with a tenth of the size as its radius has cells of a chord by 1.1.
+pub(super) const TRIMMED_CELLS: f64 = 1.0;
 /// Parts into which cells of a trimmed patch are divided to see whether something in them is there, or is not, that
-/// their corners do not show, and the most lines that a grid has each way where cells were divided for that.
+/// their corners do not show, how often at most, and the most lines that a grid has each way where cells were divided for that.
 pub(super) const SLIVERS: usize = 6;
+pub(super) const EDGE_ROUNDS: usize = 3;
 pub(super) const MOST_LINES: usize = 400;
 /// Between breaks: cells of the grid of curvature in a stretch at least, and the most stretches each way that have
 /// cells of their own, even if only one each.
