@@ -83,15 +83,15 @@ impl Gauge {
         tolerance: f64,
         size: f64,
     ) -> Self {
+        let whole = Self::of_whole(instance, patch, tolerance, size, CELLS_OF_SIZE);
+        let Some(keep) = keep else { return whole };
         // The chord of an edge is about as far from it as that of the surface is.
-        let fine = (TRIMMED_CELLS * (size / tolerance).sqrt()).clamp(CELLS_OF_SIZE, MOST_CELLS);
-        let cells_of_size = if keep.is_some() { fine } else { CELLS_OF_SIZE };
-        let mut gauge = Self::of_whole(instance, patch, tolerance, size, cells_of_size);
-        if let Some(keep) = keep {
-            let patches = Patches { patch, keep };
-            gauge.edge_error = divide_at_edges(instance, patches, &mut gauge.lines, size / cells_of_size);
+        let cells = (TRIMMED_CELLS * (size / tolerance).sqrt()).clamp(CELLS_OF_SIZE, MOST_CELLS);
+        let mut gauge = Self::of_whole(instance, patch, tolerance, size, cells);
+        match divide_at_edges(instance, Patches { patch, keep }, &mut gauge.lines, size / cells) {
+            Some(edge_error) => Self { edge_error, ..gauge },
+            None => whole,
         }
-        gauge
     }
 
     fn of_whole(instance: &dyn Instance, patch: usize, tolerance: f64, size: f64, cells_of_size: f64) -> Self {

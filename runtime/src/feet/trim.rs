@@ -256,10 +256,15 @@ fn from_triangle(q: DVec2, corners: [DVec2; 3]) -> f64 {
 
 /// Divides columns and rows of a grid in which something of a patch is there, or is not, that the vertices do not show:
 /// the rim of a thin wall, a small hole; and those through which an edge passes and that are wider than `cell`. Returns
-/// how far the edge is from that of the facets, about. Millimetres.
-pub(super) fn divide_at_edges(instance: &dyn Instance, patches: Patches, lines: &mut [Lines; 2], cell: f64) -> f64 {
+/// how far the edge is from that of the facets, about; None where all of the patch is there, or nothing. Millimetres.
+pub(super) fn divide_at_edges(
+    instance: &dyn Instance,
+    patches: Patches,
+    lines: &mut [Lines; 2],
+    cell: f64,
+) -> Option<f64> {
     for _ in 0..EDGE_ROUNDS {
-        let Some(sampled) = Sampled::new(instance, patches, lines, SLIVERS) else { return 0.0 };
+        let sampled = Sampled::new(instance, patches, lines, SLIVERS)?;
         let mut divided = lines.each_ref().map(|lines| vec![false; lines.has_facets.len()]);
         for of_grid in sampled.cells(lines).iter().filter(|cell| cell.is_mixed()) {
             let (hides, sides) = (of_grid.hides_something(), of_grid.sides());
@@ -274,8 +279,10 @@ pub(super) fn divide_at_edges(instance: &dyn Instance, patches: Patches, lines: 
             *lines = lines.finer(|cell| divided[cell], SLIVERS);
         }
     }
-    let Some(sampled) = Sampled::new(instance, patches, lines, 2) else { return 0.0 };
-    sampled.cells(lines).iter().map(Cell::error).fold(0.0, f64::max)
+    let sampled = Sampled::new(instance, patches, lines, 2)?;
+    let cells = sampled.cells(lines);
+    let errors = cells.iter().filter(|cell| cell.is_mixed()).map(Cell::error);
+    errors.reduce(f64::max)
 }
 
 #[cfg(test)]
