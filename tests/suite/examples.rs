@@ -15,9 +15,10 @@ use std::path::Path;
 use tempfile::tempdir;
 
 /// All but the cup, whose README scans another model than it fits: tests/suite/inspect.rs compares those.
-const EXAMPLES: [&str; 13] = [
+const EXAMPLES: [&str; 14] = [
     "amphora",
     "bowl",
+    "bracket",
     "can",
     "column",
     "elbow",
@@ -226,7 +227,7 @@ macro_rules! examples {
     )* };
 }
 
-examples! { amphora bowl can column elbow flange fluted_bowl gear jar mug pan planter tree }
+examples! { amphora bowl bracket can column elbow flange fluted_bowl gear jar mug pan planter tree }
 
 /// Every folder has a script, a README that shows its picture, and a small picture; and the list above is whole.
 #[test]
