@@ -214,7 +214,16 @@ pub(super) fn has_seams(mesh: &TriangleMesh) -> bool {
 /// A header of 80 bytes, which says the unit, and a count; for each triangle its normal, its corners and two bytes of
 /// attributes.
 fn write_stl(out: &mut dyn Write, mesh: &TriangleMesh, unit: Unit) -> io::Result<()> {
-    let Ok(count) = u32::try_from(mesh.triangles.len()) else {
+    // The sum makes one zero of two, so that tools that compare bytes find equal places equal.
+    let rounded = |v: DVec3| (v + DVec3::ZERO).as_vec3();
+    let corners = |triangle: [u32; 3]| mesh.corners(triangle).map(|corner| rounded(corner / unit.millimetres()));
+    // In single precision corners next to each other may be one; without these triangles a closed mesh stays closed.
+    let has_area = |triangle: &&[u32; 3]| {
+        let [a, b, c] = corners(**triangle);
+        a != b && b != c && c != a
+    };
+    let triangles = || mesh.triangles.iter().filter(has_area);
+    let Ok(count) = u32::try_from(triangles().count()) else {
         return Err(io::Error::new(io::ErrorKind::InvalidInput, "an STL file holds at most 2^32 - 1 triangles"));
     };
     let mut header = [0; 80];
@@ -222,12 +231,10 @@ fn write_stl(out: &mut dyn Write, mesh: &TriangleMesh, unit: Unit) -> io::Result
     header[..comment.len()].copy_from_slice(comment.as_bytes());
     out.write_all(&header)?;
     out.write_all(&count.to_le_bytes())?;
-    for &triangle in &mesh.triangles {
-        let [a, b, c] = mesh.corners(triangle);
-        // The sum makes one zero of two, so that tools that compare bytes find equal places equal.
-        let [a, b, c] = [a, b, c].map(|corner| corner / unit.millimetres());
-        for vector in [mesh.triangle_normal(triangle).unwrap_or_default(), a, b, c].map(|v| v + DVec3::ZERO) {
-            out.write_all(bytemuck::bytes_of(&vector.as_vec3().to_array().map(f32::to_le_bytes)))?;
+    for &triangle in triangles() {
+        let [a, b, c] = corners(triangle);
+        for vector in [rounded(mesh.triangle_normal(triangle).unwrap_or_default()), a, b, c] {
+            out.write_all(bytemuck::bytes_of(&vector.to_array().map(f32::to_le_bytes)))?;
         }
         out.write_all(&[0; 2])?;
     }
