@@ -11,8 +11,8 @@ use glam::{DVec2, DVec3};
 /// with which another one may coincide. Millimetres.
 const ON_EDGE: f64 = 1e-7;
 
-/// Limits of the second derivative of half of the squared distance along an edge, as the last step shows it: next to the
-/// centre of a circle it is next to zero.
+/// Limits of the second derivative of half of the squared distance along an edge, as the last step shows it: next to
+/// the centre of a circle it is next to zero.
 const LEAST_BEND: f64 = 0.002;
 const MOST_BEND: f64 = 10.0;
 

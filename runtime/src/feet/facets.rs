@@ -98,8 +98,8 @@ impl Facets<'_> {
         self.positions.iter().map(|p| DVec3::from_array(*p))
     }
 
-    /// The function of what is there of trimmed patches at their vertices: in the library's solids it changes by no more
-    /// than the surfaces that cut them move.
+    /// The function of what is there of trimmed patches at their vertices: in the library's solids it changes by no
+    /// more than the surfaces that cut them move.
     pub(crate) fn keeps(&self) -> impl Iterator<Item = f64> {
         self.keeps.iter().map(|keep| keep.value).filter(|value| value.is_finite())
     }

@@ -157,8 +157,8 @@ impl Layout {
         absent
     }
 
-    /// By vertex, the function that is positive where a trimmed patch is there; empty if none is trimmed. Where it cannot
-    /// be evaluated nothing is there.
+    /// By vertex, the function that is positive where a trimmed patch is there; empty if none is trimmed. Where it
+    /// cannot be evaluated nothing is there.
     fn keeps(&self, instance: &dyn Instance) -> Vec<Keep> {
         if self.grids.iter().all(|grid| grid.keep.is_none()) {
             return Vec::new();

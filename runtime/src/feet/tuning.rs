@@ -12,7 +12,8 @@ pub(super) const MOST_CELLS: f64 = 48.0;
 /// root of the size in chords. A circle with a tenth of the size as its radius has cells of a chord by 1.1.
 pub(super) const TRIMMED_CELLS: f64 = 1.0;
 /// Parts into which cells of a trimmed patch are divided to see whether something in them is there, or is not, that
-/// their corners do not show, how often at most, and the most lines that a grid has each way where cells were divided for that.
+/// their corners do not show, how often at most, and the most lines that a grid has each way where cells were divided
+/// for that.
 pub(super) const SLIVERS: usize = 6;
 pub(super) const EDGE_ROUNDS: usize = 3;
 pub(super) const MOST_LINES: usize = 400;
