@@ -131,8 +131,8 @@ impl Refinement<'_> {
         slope.filter(|s| s.is_finite()).fold(LEAST_SLOPE, f64::max)
     }
 
-    /// Whether the line between its crossings is all that a triangle has of the edge, by what the function says of other
-    /// places: on the side that it is, and of no edge that is nearer than the line.
+    /// Whether the line between its crossings is all that a triangle has of the edge, by what the function says of
+    /// other places: on the side that it is, and of no edge that is nearer than the line.
     fn is_all(&self, triangle: usize, line: [[f64; 3]; 2], values: &[f64], places: &[[f64; 3]]) -> bool {
         let corners = self.mesh.corners(self.mesh.triangles[triangle]);
         let position = |w: &[f64; 3]| (0..3).map(|k| w[k] * corners[k]).sum::<DVec3>();
