@@ -117,6 +117,9 @@ fn inside_out_warning(program: &Program, part: usize) -> Diagnostic {
 /// Whether the parts enclose something, in a line.
 fn enclosure(program: &Program, closedness: &Closedness) -> String {
     const MOST: usize = 8;
+    if closedness.is_empty {
+        return "nothing is left of the model: `-` takes all of it away, or `&` has nothing in common\n".to_owned();
+    }
     if closedness.is_closed() {
         return "closed: the borders of all parts meet\n".to_owned();
     }

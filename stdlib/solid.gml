@@ -253,11 +253,12 @@ fn solid_torus(bend: length = 20mm, radius: length = 5mm) =
   solid({wall: torus(bend, radius)}, |p| hypot(hypot(p.x, p.y) - bend, p.z) - radius)
 
 /// The half space below the plane through `at` with a normal: no surface of its own, to cut others with `-` and `&`.
-/// The plane is as large as is said, and closes the cut where the cut body is not larger.
+/// The plane is a square about `at` of the size that is said. It closes the cut where the body is no larger there; and
+/// should not be much larger, as textures and samples are spread over all of it.
 /// ```gml
 /// inside(half_space(at: (0mm, 0mm, 4mm)))((1mm, 2mm, 0mm))   // = -4 mm
 /// ```
-fn half_space(at = (0mm, 0mm, 0mm), normal = (0, 0, 1), size: length = 1m) {
+fn half_space(at = (0mm, 0mm, 0mm), normal = (0, 0, 1), size: length = 200mm) {
   let n = normalize(normal)
   let x = normalize(cross(if abs(n.z) > 0.9 { (1, 0, 0) } else { (0, 0, 1) }, n))
   let y = cross(n, x)

@@ -30,7 +30,7 @@ model bracket {
   // What is between the two legs, cut at a slant.
   let gusset =
     box(width: web, depth: reach, height: reach).translate((0mm, thickness + reach / 2, thickness))
-    & {slant: half_space(at: (0mm, thickness + reach, thickness), normal: (0, 1, 1))}
+    & {slant: half_space(at: (0mm, thickness + reach, thickness), normal: (0, 1, 1), size: 100mm)}
   let drill = capped_cylinder(radius: bolt / 2, height: thickness)
 
   part body =

@@ -4,7 +4,7 @@ use super::comparisons::comparison;
 use super::constants::{exponent_of, int_binary};
 use super::context::{Checker, boolean, error, int, known};
 use super::convert::{exponent_error, is_bare_literal};
-use super::solids::{Operation, is_solid};
+use super::solids::{Operation, holds_solids, is_solid};
 use super::typed::{Binary, Expr, ExprKind, Type, Unary};
 use super::types::Dimension;
 use crate::diagnostic::{Code, Diagnostic, Edit};
@@ -30,7 +30,10 @@ impl<'a> Checker<'a> {
             return self.ints(op, (*x, *y), a, b, span);
         }
         if let Some(operation) = Operation::of(op)
-            && (operation == Operation::Intersection || is_solid(&a.ty) || is_solid(&b.ty))
+            && (operation == Operation::Intersection
+                || is_solid(&a.ty)
+                || is_solid(&b.ty)
+                || [&a, &b].iter().all(|e| matches!(e.ty, Type::Record(_)) && holds_solids(&e.ty)))
         {
             return self.combine(operation, a, b, span);
         }

@@ -22,7 +22,7 @@ pub(super) fn is_solid(ty: &Type) -> bool {
 }
 
 /// Whether it is a solid, or an array or a record of such.
-fn holds_solids(ty: &Type) -> bool {
+pub(super) fn holds_solids(ty: &Type) -> bool {
     match ty {
         ty if is_solid(ty) => true,
         Type::Array(ty, n) => *n > 0 && holds_solids(ty),

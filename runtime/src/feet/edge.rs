@@ -16,6 +16,10 @@ const ON_EDGE: f64 = 1e-7;
 const LEAST_BEND: f64 = 0.002;
 const MOST_BEND: f64 = 10.0;
 
+/// The least sine of the angle between two surfaces that cross, by the slope of the function of what is there: along a
+/// line that they touch the place of the edge says nothing, and its derivatives grow beyond all bounds.
+const LEAST_SINE: f64 = 0.1;
+
 /// A patch that is trimmed, with the patch of the function that is positive where it is there.
 #[derive(Clone, Copy)]
 pub(super) struct Trimmed<'a> {
@@ -197,7 +201,7 @@ impl Trimmed<'_> {
         let ends = held != [false; 2] || !step.is_finite();
         let (steepest, gain) = here.steepest(if ends { held } else { [false; 2] });
         let gradient = DVec2::new(r.dot(here.du), r.dot(here.dv));
-        let hold = if gain > 0.0 { gradient.dot(steepest) / gain } else { 0.0 };
+        let hold = if gain > LEAST_SINE * LEAST_SINE { gradient.dot(steepest) / gain } else { 0.0 };
         let normal = here.du.cross(here.dv);
         walk.best = Foot { uv: walk.at.to_array(), point: here.point, normal, d2, hold };
         (walk.along, walk.inward, walk.step) = (along, steepest / gain.sqrt(), step);

@@ -19,6 +19,8 @@ pub struct Closedness {
     pub inside_out: Vec<usize>,
     /// Those of them that belong to closed bodies: there the volume says which side is out, whatever is written.
     pub inverted: Vec<usize>,
+    /// Nothing is left of the model: all of its parts are trimmed away.
+    pub is_empty: bool,
 }
 
 /// A piece of border that no other border coincides with.
@@ -71,7 +73,8 @@ impl Closedness {
         let fineness = Fineness { chord: CHORD_OF_TRIMMED * diagonal, ..Fineness::default() };
         let mesh = Tessellation::new(model, instance, fineness)?.mesh;
         let (joints, open) = joined(&mesh);
-        Self::of_joints(&joints, open, || Ok(mesh))
+        let is_empty = mesh.triangles.is_empty();
+        Ok(Self { is_empty, ..Self::of_joints(&joints, open, || Ok(mesh))? })
     }
 
     /// Which parts are inside out, by how they are joined; `mesh` makes triangles whose volume is asked for.
@@ -111,7 +114,7 @@ impl Closedness {
     /// Whether the parts enclose something.
     #[must_use]
     pub fn is_closed(&self) -> bool {
-        self.open.is_empty()
+        self.open.is_empty() && !self.is_empty
     }
 }
 

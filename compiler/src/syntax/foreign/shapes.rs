@@ -24,9 +24,8 @@ impl Slip<'_, '_> {
         let called = self.token(self.here() + 1) == Some(Token::ParenOpen);
         Some(match word {
             "union" | "difference" | "intersection" | "hull" | "minkowski" if called => {
-                let message =
-                    format!("there is no '{word}': a model is a set of surfaces, and solids cannot be combined");
-                self.error(span, message).hint("make every surface a part of its own: 'part NAME = ...'")
+                let message = format!("there is no '{word}': solids are joined and cut by operators");
+                self.error(span, message).hint("write 'part NAME = a + b', 'a - b' or 'a & b'")
             }
             "echo" | "print" | "println" if called => self.error(span, "a script cannot print").hint(
                 "use `gmlc repl` to see the values of expressions, and 'require' to reject values that make no sense",
