@@ -177,7 +177,7 @@ impl Trimmed<'_> {
         let onto = step * (-here.value / gain);
         // What is there beside an edge is not beyond the patch.
         let (_, beside) = here.steepest(self.held(walk.at, here.slope));
-        if !(gain > 0.0 && beside > 0.0) || !onto.is_finite() {
+        if !(gain > 0.0 && beside > 0.0 && onto.is_finite()) {
             return self.off_level(walk, here);
         }
         walk.inset = false;

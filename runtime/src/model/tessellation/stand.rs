@@ -53,6 +53,9 @@ fn lone(signs: [i8; 3]) -> usize {
     (0..3).find(is_lone).unwrap_or(0)
 }
 
+/// Where the edge crosses two sides of a triangle, in barycentric coordinates.
+pub(super) type Crossings = [[f64; 3]; 2];
+
 /// How a triangle stands to the edge of what is there.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Stand {
@@ -70,7 +73,7 @@ impl Refinement<'_> {
         &self,
         triangles: &[usize],
         keeps: &[Option<usize>],
-    ) -> Result<(Vec<Stand>, HashMap<usize, [[f64; 3]; 2]>), EvaluationError> {
+    ) -> Result<(Vec<Stand>, HashMap<usize, Crossings>), EvaluationError> {
         let places: Vec<[f64; 3]> = CORNERS.into_iter().chain(PLACES).collect();
         let values = self.values(triangles, &places, keeps)?;
         let mut crossed = Vec::new();
@@ -158,7 +161,7 @@ impl Refinement<'_> {
         &self,
         triangles: &[(usize, [i8; 3])],
         keeps: &[Option<usize>],
-    ) -> Result<Vec<(bool, [[f64; 3]; 2])>, EvaluationError> {
+    ) -> Result<Vec<(bool, Crossings)>, EvaluationError> {
         let numbers: Vec<usize> = triangles.iter().map(|(t, _)| *t).collect();
         let lone: Vec<usize> = triangles.iter().map(|(_, signs)| lone(*signs)).collect();
         let is_there = |k: usize| triangles[k].1[lone[k]] > 0;
