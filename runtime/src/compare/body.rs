@@ -85,7 +85,7 @@ pub(super) fn of(prepared: &Prepared<'_>) -> Result<Body, MeasureError> {
 /// The integrals over all patches; of trimmed ones over what is there of them.
 fn integrals(model: &dyn Model, instance: &dyn Instance, origin: DVec3) -> Result<Vec<Integral>, EvaluationError> {
     let patches = model.parts().len();
-    let fine = match (0..patches).any(|patch| model.keep(patch).is_some()) {
+    let fine = match model.is_trimmed() {
         true => {
             let diagonal = Tessellation::rough_diagonal(model, instance, 8)?;
             let fineness = Fineness { chord: FINE_CHORD * diagonal, ..Fineness::default() };

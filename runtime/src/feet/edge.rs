@@ -49,14 +49,6 @@ struct Walk {
     pull: f64,
 }
 
-/// What became of a step.
-enum Next {
-    GoesOn,
-    Ends,
-    /// No edge was found, as the function does not say where it is.
-    Lost,
-}
-
 /// A surface and the function of what is there at a place.
 struct Here {
     point: DVec3,
@@ -114,16 +106,15 @@ impl Trimmed<'_> {
             return Ok(());
         }
         let from: Vec<(usize, DVec2)> = absent.iter().map(|i| (*i, DVec2::from_array(start[*i]))).collect();
-        let whole: Vec<Foot> = feet.to_vec();
         let lost = self.walk(&from, q, feet)?;
-        let from = self.edges_near(&lost, q, &whole)?;
+        let from = self.edges_near(&lost, q, feet)?;
         self.walk(&from, q, feet)?;
         Ok(())
     }
 
-    /// Walks along the edge from places near it; returns the points of which no edge was found.
+    /// Walks along the edge from places near it; returns the points of which no edge was found, whose feet keep their
+    /// places.
     fn walk(&self, from: &[(usize, DVec2)], q: &[DVec3], feet: &mut [Foot]) -> Result<Vec<usize>, EvaluationError> {
-        let mut lost = Vec::new();
         let begin = |(index, at): &(usize, DVec2)| Walk {
             index: *index,
             at: *at,
@@ -144,22 +135,16 @@ impl Trimmed<'_> {
             let mut goes_on = Vec::with_capacity(walks.len());
             for (mut walk, here) in walks.into_iter().zip(here) {
                 let q = q[walk.index];
-                match self.advance(&mut walk, &here, q) {
-                    Next::GoesOn => goes_on.push(walk),
-                    Next::Ends => feet[walk.index] = walk.best,
-                    Next::Lost => {
-                        feet[walk.index] = walk.best;
-                        lost.push(walk.index);
-                    }
+                if self.advance(&mut walk, &here, q) {
+                    goes_on.push(walk);
+                } else {
+                    feet[walk.index] = walk.best;
                 }
             }
             walks = goes_on;
         }
-        for walk in walks {
-            feet[walk.index] = walk.best;
-            lost.extend((!walk.best.d2.is_finite()).then_some(walk.index));
-        }
-        Ok(lost)
+        walks.into_iter().for_each(|walk| feet[walk.index] = walk.best);
+        Ok(from.iter().map(|(index, _)| *index).filter(|index| !feet[*index].d2.is_finite()).collect())
     }
 
     fn here(&self, walks: &[Walk]) -> Result<Vec<Here>, EvaluationError> {
@@ -171,8 +156,8 @@ impl Trimmed<'_> {
         Ok(surface.iter().zip(&keep).map(|(surface, keep)| Here::new(surface, keep)).collect())
     }
 
-    /// Takes a step.
-    fn advance(&self, walk: &mut Walk, here: &Here, q: DVec3) -> Next {
+    /// Takes a step; false where the walk ends.
+    fn advance(&self, walk: &mut Walk, here: &Here, q: DVec3) -> bool {
         let (step, gain) = here.steepest(self.held(walk.at, -here.value.signum() * here.slope));
         let onto = step * (-here.value / gain);
         // What is there beside an edge is not beyond the patch.
@@ -183,7 +168,7 @@ impl Trimmed<'_> {
         walk.inset = false;
         if here.length(onto) > EDGE_ERRORS * self.tolerance {
             walk.at = self.within(walk.at + onto);
-            return Next::GoesOn;
+            return true;
         }
         let r = here.point - q;
         let d2 = r.length_squared();
@@ -207,14 +192,14 @@ impl Trimmed<'_> {
         (walk.along, walk.inward, walk.step) = (along, steepest / gain.sqrt(), step);
         (walk.length, walk.pull) = (length, pull);
         walk.at = self.within(walk.at + along * step);
-        if ends || here.length(along * step) <= self.tolerance { Next::Ends } else { Next::GoesOn }
+        !ends && here.length(along * step) > self.tolerance
     }
 
     /// From a place where the function does not change, as where surfaces of two solids coincide: to what is there as
     /// far as the step along the edge was long, from where the function leads to its zero.
-    fn off_level(&self, walk: &mut Walk, here: &Here) -> Next {
+    fn off_level(&self, walk: &mut Walk, here: &Here) -> bool {
         if !walk.best.d2.is_finite() {
-            return Next::Lost;
+            return false;
         }
         if walk.inset {
             walk.inset = false;
@@ -223,14 +208,14 @@ impl Trimmed<'_> {
         walk.inset = true;
         let along = walk.along * walk.step;
         walk.at = self.within(DVec2::from_array(walk.best.uv) + along + walk.inward * here.length(along));
-        Next::GoesOn
+        true
     }
 
     /// A shorter step from the best foot so far.
-    fn step_back(&self, walk: &mut Walk, here: &Here) -> Next {
+    fn step_back(&self, walk: &mut Walk, here: &Here) -> bool {
         walk.step *= EDGE_BACKTRACK;
         walk.at = self.within(DVec2::from_array(walk.best.uv) + walk.along * walk.step);
-        if here.length(walk.along * walk.step) > self.tolerance { Next::GoesOn } else { Next::Ends }
+        here.length(walk.along * walk.step) > self.tolerance
     }
 
     /// Places on the edge between the feet of points on the whole patch and what is there of the facets' vertices next

@@ -46,7 +46,7 @@ impl Closedness {
     /// # Errors
     /// The surface cannot be evaluated.
     pub fn of(model: &dyn Model, instance: &dyn Instance) -> Result<Self, EvaluationError> {
-        if (0..model.parts().len()).any(|part| model.keep(part).is_some()) {
+        if model.is_trimmed() {
             return Self::of_trimmed(model, instance);
         }
         let of_patch = |patch| intervals::of_patch(instance, patch, &Breaks::of_patch(instance, patch)?);

@@ -45,6 +45,10 @@ pub trait Model: Sync {
         let _ = part;
         None
     }
+    /// Whether any part is trimmed.
+    fn is_trimmed(&self) -> bool {
+        (0..self.parts().len()).any(|part| self.keep(part).is_some())
+    }
     /// The parameters that the function of where a part is there depends on, ascending; none if it is not trimmed.
     fn keep_active(&self, part: usize) -> &[u32] {
         let _ = part;

@@ -31,22 +31,25 @@ fn from_rectangle(p: DVec2, low: DVec2, high: DVec2) -> f64 {
     off.max(DVec2::ZERO).length() + off.max_element().min(0.0)
 }
 
-#[test]
-fn distances_from_a_washer_are_those_of_its_profile() {
-    let text = "use std.solid (capped_cylinder)\nmodel m { part p = capped_cylinder(radius: 20mm, height: 6mm)
-        - {hole: capped_cylinder(radius: 5mm, height: 6mm)} }";
-    compare(text, &points(4000, 24.0), |p| {
-        from_rectangle(DVec2::new(p.x.hypot(p.y), p.z), DVec2::new(5.0, 0.0), DVec2::new(20.0, 6.0))
+/// Compares distances from a ring of 6 mm height, in a cube of a half side, with those from its profile.
+fn compare_ring(outer: f64, inner: f64, half: f64) {
+    let text = format!(
+        "use std.solid (capped_cylinder)\nmodel m {{ part p = capped_cylinder(radius: {outer}mm, height: 6mm)
+        - {{hole: capped_cylinder(radius: {inner}mm, height: 6mm)}} }}"
+    );
+    compare(&text, &points(4000, half), |p| {
+        from_rectangle(DVec2::new(p.x.hypot(p.y), p.z), DVec2::new(inner, 0.0), DVec2::new(outer, 6.0))
     });
 }
 
 #[test]
+fn distances_from_a_washer_are_those_of_its_profile() {
+    compare_ring(20.0, 5.0, 24.0);
+}
+
+#[test]
 fn a_thin_rim_between_the_lines_of_the_facets_is_found() {
-    let text = "use std.solid (capped_cylinder)\nmodel m { part p = capped_cylinder(radius: 40mm, height: 6mm)
-        - {hole: capped_cylinder(radius: 39.6mm, height: 6mm)} }";
-    compare(text, &points(4000, 42.0), |p| {
-        from_rectangle(DVec2::new(p.x.hypot(p.y), p.z), DVec2::new(39.6, 0.0), DVec2::new(40.0, 6.0))
-    });
+    compare_ring(40.0, 39.6, 42.0);
 }
 
 #[test]

@@ -114,8 +114,7 @@ struct Edges<'m> {
 impl<'m> Edges<'m> {
     /// None where the function of what is there cannot be evaluated.
     fn new(objective: &Objective<'m>, instance: &dyn Instance, patch: usize, feet: &[Foot]) -> Option<Self> {
-        let keep = objective.layout.keep(patch).filter(|_| feet.iter().any(|foot| foot.hold != 0.0));
-        let Some(keep) = keep else { return Some(Self { active: &[], jacobian: Vec::new() }) };
+        let Some(keep) = objective.edge(patch, feet) else { return Some(Self { active: &[], jacobian: Vec::new() }) };
         let active = objective.space.model.keep_active(patch);
         let (u, v): (Vec<f64>, Vec<f64>) = feet.iter().map(|f| (f.uv[0], f.uv[1])).unzip();
         let mut jacobian = vec![0.0; feet.len() * active.len() * 3];
@@ -138,6 +137,11 @@ impl Objective<'_> {
         };
         let rows = |m: &Matched| self.rows_by(&*placed.instance, m, Self::away_by_normal, at_end);
         self.matched(placed, chunk).iter().filter_map(rows).collect()
+    }
+
+    /// The patch of the function of what is there of one that holds some of the feet on it at its edge.
+    pub(super) fn edge(&self, patch: usize, feet: &[Foot]) -> Option<usize> {
+        self.layout.keep(patch).filter(|_| feet.iter().any(|foot| foot.hold != 0.0))
     }
 
     /// The rows of points that have their feet on one patch; None where that cannot be evaluated.

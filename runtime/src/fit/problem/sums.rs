@@ -161,7 +161,7 @@ impl Objective<'_> {
         let forces: Vec<DVec3> = feet.iter().zip(points).zip(losses).map(force).collect();
         let w: Vec<[f64; 3]> = forces.iter().map(|f| f.to_array()).collect();
         instance.pullback(*patch, &u, &v, &w, &mut sums.gradient[..n]).ok()?;
-        if let Some(keep) = self.layout.keep(*patch).filter(|_| feet.iter().any(|foot| foot.hold != 0.0)) {
+        if let Some(keep) = self.edge(*patch, feet) {
             let held = feet.iter().zip(losses).map(|(foot, loss)| [-foot.hold * loss.weight, 0.0, 0.0]);
             let w: Vec<[f64; 3]> = held.collect();
             instance.pullback(keep, &u, &v, &w, &mut sums.gradient[..n]).ok()?;

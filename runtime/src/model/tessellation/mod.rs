@@ -156,7 +156,7 @@ impl Tessellation {
     /// The surface cannot be evaluated.
     pub fn rough_diagonal(model: &dyn Model, instance: &dyn Instance, segments: u32) -> Result<f64, EvaluationError> {
         let whole = Self::uniform(model, instance, segments, segments)?.mesh.bounds().diagonal();
-        if (0..model.parts().len()).all(|part| model.keep(part).is_none()) {
+        if !model.is_trimmed() {
             return Ok(whole);
         }
         let fineness = Fineness { chord: f64::INFINITY, max_segments: segments, ..Fineness::default() };

@@ -8,6 +8,7 @@
 use super::refine::{Refinement, mix};
 use super::rim::Rim;
 use super::{SurfacePoint, unit_normals};
+use crate::mesh::retain_marked;
 use crate::model::{EvaluationError, Partials};
 use glam::DVec3;
 use std::cmp::Reverse;
@@ -108,15 +109,13 @@ fn merge(mesh: &mut Refinement<'_>) {
 /// Drops triangles two of whose corners are in one place.
 fn drop_flat(mesh: &mut Refinement<'_>) {
     let number = mesh.mesh.position_numbers();
-    let is_flat = |t: &[u32; 3]| {
+    let has_area = |t: &[u32; 3]| {
         let [a, b, c] = t.map(|i| number[i as usize]);
-        a == b || b == c || c == a
+        a != b && b != c && c != a
     };
-    let flat: Vec<bool> = mesh.mesh.triangles.iter().map(is_flat).collect();
-    let mut left = flat.iter();
-    mesh.mesh.triangles.retain(|_| !left.next().copied().unwrap_or(false));
-    let mut left = flat.iter();
-    mesh.patches.retain(|_| !left.next().copied().unwrap_or(false));
+    let kept: Vec<bool> = mesh.mesh.triangles.iter().map(has_area).collect();
+    retain_marked(&mut mesh.mesh.triangles, &kept);
+    retain_marked(&mut mesh.patches, &kept);
 }
 
 /// The open edges of a mesh while they are closed.

@@ -8,6 +8,7 @@
 use super::refine::{Edge, Points, Refinement, mix};
 use super::stand::{CORNERS, Stand, sign};
 use super::stitch;
+use crate::mesh::retain_marked;
 use crate::model::EvaluationError;
 use std::collections::HashMap;
 
@@ -118,6 +119,9 @@ impl Refinement<'_> {
     /// Adds the longest sides of triangles that are divided at others: what is divided at shorter sides only becomes
     /// ever narrower (Rivara 1984).
     fn add_longest_sides(&self, points: &Points, cuts: &mut HashMap<Edge, f64>) {
+        if cuts.is_empty() {
+            return;
+        }
         let mut of_edge: HashMap<Edge, Vec<usize>> = HashMap::new();
         for (triangle, corners) in self.mesh.triangles.iter().enumerate() {
             for k in 0..3 {
@@ -151,24 +155,27 @@ impl Refinement<'_> {
             let mut edges: Vec<(Edge, [u32; 2])> = edges.into_iter().collect();
             edges.sort_unstable();
             let ends: Vec<_> = edges.iter().map(|(_, [a, b])| self.ends_of(*a, *b)).collect();
-            let at = |fractions: &[f64]| -> Result<Vec<f64>, EvaluationError> {
-                let uv = ends.iter().zip(fractions).map(|([a, b], s)| (mix(a.u, b.u, *s), mix(a.v, b.v, *s)));
-                let (u, v): (Vec<f64>, Vec<f64>) = uv.unzip();
+            let at = |edges: &[usize], fractions: &[f64]| -> Result<Vec<f64>, EvaluationError> {
+                let place = |(k, s): (&usize, &f64)| {
+                    let [a, b] = &ends[*k];
+                    (mix(a.u, b.u, *s), mix(a.v, b.v, *s))
+                };
+                let (u, v): (Vec<f64>, Vec<f64>) = edges.iter().zip(fractions).map(place).unzip();
                 self.keep_at(keep, &u, &v)
             };
-            let (mut low, mut high) = (vec![0.0; edges.len()], vec![1.0; edges.len()]);
-            let (first, last) = (at(&low)?, at(&high)?);
+            let all: Vec<usize> = (0..edges.len()).collect();
+            let (first, last) = (at(&all, &vec![0.0; all.len()])?, at(&all, &vec![1.0; all.len()])?);
+            let crossed: Vec<usize> = all.into_iter().filter(|k| sign(first[*k]) * sign(last[*k]) < 0).collect();
+            let (mut low, mut high) = (vec![0.0; crossed.len()], vec![1.0; crossed.len()]);
             for _ in 0..BISECTIONS {
                 let middles: Vec<f64> = low.iter().zip(&high).map(|(a, b)| 0.5 * (a + b)).collect();
-                for (k, value) in at(&middles)?.into_iter().enumerate() {
-                    *if (value > 0.0) == (first[k] > 0.0) { &mut low[k] } else { &mut high[k] } = middles[k];
+                for (k, value) in at(&crossed, &middles)?.into_iter().enumerate() {
+                    let as_first = (value > 0.0) == (first[crossed[k]] > 0.0);
+                    *if as_first { &mut low[k] } else { &mut high[k] } = middles[k];
                 }
             }
-            for (k, (edge, _)) in edges.iter().enumerate() {
-                let inside = low[k] > LEAST_PART && low[k] < 1.0 - LEAST_PART;
-                if sign(first[k]) * sign(last[k]) < 0 && inside {
-                    cuts.entry(*edge).or_insert(low[k]);
-                }
+            for (k, s) in crossed.iter().zip(low).filter(|(_, s)| *s > LEAST_PART && *s < 1.0 - LEAST_PART) {
+                cuts.entry(edges[*k].0).or_insert(s);
             }
         }
         self.divide(points, &cuts)?;
@@ -188,10 +195,8 @@ impl Refinement<'_> {
             // Narrow triangles beside a curve may have their middle beyond it.
             there[*triangle] = if has(1) == has(-1) { values[3] > 0.0 } else { has(1) };
         }
-        let mut kept = there.iter();
-        self.mesh.triangles.retain(|_| kept.next().copied().unwrap_or(true));
-        let mut kept = there.iter();
-        self.patches.retain(|_| kept.next().copied().unwrap_or(true));
+        retain_marked(&mut self.mesh.triangles, &there);
+        retain_marked(&mut self.patches, &there);
         Ok(())
     }
 }

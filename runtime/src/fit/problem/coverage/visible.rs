@@ -27,8 +27,7 @@ pub(crate) struct Places {
 /// The model cannot be tessellated.
 pub(crate) fn places(model: &dyn Model, instance: &dyn Instance, radius: f64) -> Result<Vec<Places>, EvaluationError> {
     let fineness = Fineness { chord: CHORD * radius, max_segments: PLACE_SEGMENTS, ..Fineness::default() };
-    let trimmed = (0..model.parts().len()).any(|part| model.keep(part).is_some());
-    let tessellate = if trimmed { Tessellation::new } else { Tessellation::on_grids };
+    let tessellate = if model.is_trimmed() { Tessellation::new } else { Tessellation::on_grids };
     let surface = tessellate(model, instance, fineness)?;
     let bvh = Bvh::build(&surface.mesh).map_err(EvaluationError::new)?;
     let above = VIEW_OFFSET * radius;
