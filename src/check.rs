@@ -4,14 +4,15 @@ use crate::cli::CheckArgs;
 use crate::error::CommandError;
 use crate::provenance::Provenance;
 use crate::saved::SavedFit;
-use crate::{dimensions, findings, script, table};
+use crate::{closedness, dimensions, findings, script, table};
 use gml_compiler::check::lints;
 use gml_compiler::diagnostic::{Code, Diagnostic, Severity};
 use gml_compiler::program::{Compilation, Failed, Input, Parameter, Program, Quantity};
 use gml_compiler::source::{FileId, Sources, Span};
 use gml_compiler::{number, syntax};
+use gml_runtime::figures::{MeasureValue, measured};
 use gml_runtime::fit::FitResult;
-use gml_runtime::model::{Closedness, EvaluationError, Model, OpenBorder};
+use gml_runtime::model::{Closedness, EvaluationError, OpenBorder};
 use serde_json::{Value, json};
 use std::path::Path;
 
@@ -43,7 +44,7 @@ fn check(script: &Path, args: &CheckArgs) -> Result<(), CommandError> {
             };
             print!("{}", checked.tables(program));
             if let Some(closedness) = &checked.closedness {
-                print!("\n{}", enclosure(program, closedness));
+                print!("\n{}", closedness::line(program, closedness));
             }
         }
     }
@@ -82,7 +83,16 @@ fn compiled(script: &Path, args: &CheckArgs) -> Result<Checked, CommandError> {
     let fit = fit
         .filter(|fit| values.values.is_empty() && !fit.is_truth())
         .map(|fit| fit.into_measured(&program, &provenance));
-    Ok(Checked { program: Some(program), values: x, given, fit, diagnostics: warnings, sources, closedness: None })
+    Ok(Checked {
+        program: Some(program),
+        values: x,
+        given,
+        measured: Vec::new(),
+        fit,
+        diagnostics: warnings,
+        sources,
+        closedness: None,
+    })
 }
 
 /// A checked script.
@@ -92,6 +102,8 @@ struct Checked {
     /// Values of the parameters: the defaults, unless others are `given`.
     values: Vec<f64>,
     given: bool,
+    /// The measures at these values.
+    measured: Vec<Result<MeasureValue, EvaluationError>>,
     /// The fit, if all values are its own.
     fit: Option<FitResult>,
     diagnostics: Vec<Diagnostic>,
@@ -100,36 +112,10 @@ struct Checked {
     closedness: Option<Closedness>,
 }
 
-fn closedness(program: &Program, values: &[f64]) -> Result<Closedness, EvaluationError> {
-    let instance = Model::instantiate(program, values)?;
-    program.tolerances(values)?;
-    Closedness::of(program, &*instance)
-}
-
-fn inside_out_warning(program: &Program, part: usize) -> Diagnostic {
-    let name = &program.parts()[part].name;
-    let message = format!("the part '{name}' is inside out");
-    Diagnostic::new(Code::InsideOut, program.part_span(part), message)
-        .label("its normals point into what it encloses")
-        .hint("turn it with `flip`")
-}
-
-/// Whether the parts enclose something, in a line.
-fn enclosure(program: &Program, closedness: &Closedness) -> String {
-    const MOST: usize = 8;
-    if closedness.is_empty {
-        return "nothing is left of the model: `-` takes all of it away, or `&` has nothing in common\n".to_owned();
-    }
-    if closedness.is_closed() {
-        return "closed: the borders of all parts meet\n".to_owned();
-    }
-    let place =
-        |open: &OpenBorder| format!("{} where {} ({:.3} mm)", program.parts()[open.patch].name, open.side, open.length);
-    let mut places: Vec<String> = closedness.open.iter().take(MOST).map(place).collect();
-    if closedness.open.len() > MOST {
-        places.push(format!("{} more", closedness.open.len() - MOST));
-    }
-    format!("open: {}\n", places.join(", "))
+/// An error for a model that cannot be meshed at its defaults.
+fn not_evaluated(error: &EvaluationError) -> Diagnostic {
+    let message = format!("the model cannot be evaluated at its defaults: {}", error.sentence);
+    Diagnostic::new(Code::Evaluation, error.span.unwrap_or_default(), message).label(error.circumstances.clone())
 }
 
 impl Checked {
@@ -146,12 +132,18 @@ impl Checked {
         if let Some(program) = &self.program {
             let reported: Vec<Span> = self.diagnostics.iter().map(|d| d.span).collect();
             self.diagnostics.extend(program.probe().into_iter().filter(|d| !reported.contains(&d.span)));
-            self.closedness = match closedness(program, &self.values) {
+            self.closedness = match closedness::of(program, &self.values) {
                 Err(error) if self.given => return Err(CommandError::failed(error)),
-                found => found.ok(),
+                Err(error) => {
+                    // Unless the probe has found it, at other places.
+                    if !self.diagnostics.iter().any(|d| d.code == Code::Evaluation) {
+                        self.diagnostics.push(not_evaluated(&error));
+                    }
+                    None
+                }
+                Ok(found) => Some(found),
             };
-            let inside_out = self.closedness.iter().flat_map(|c| &c.inside_out);
-            self.diagnostics.extend(inside_out.map(|part| inside_out_warning(program, *part)));
+            self.diagnostics.extend(self.closedness.iter().flat_map(|c| closedness::warnings(program, c)));
         }
         self.add_measures()?;
         self.diagnostics.sort_by_key(|d| (d.span.file, d.span.start));
@@ -164,10 +156,13 @@ impl Checked {
     /// One cannot be computed at values that were given.
     fn add_measures(&mut self) -> Result<(), CommandError> {
         let Some(program) = &self.program else { return Ok(()) };
-        for (k, measure) in program.measures().iter().enumerate() {
-            match program.measure(k, &self.values) {
+        self.measured = measured(program, &self.values);
+        for (measure, measured) in program.measures().iter().zip(&self.measured) {
+            match measured {
                 Err(error) if self.given => return Err(CommandError::failed(error)),
-                Err(error) => self.diagnostics.push(Diagnostic::new(Code::Evaluation, measure.span, error.sentence)),
+                Err(error) => {
+                    self.diagnostics.push(Diagnostic::new(Code::Evaluation, measure.span, error.sentence.clone()));
+                }
                 Ok(_) => {}
             }
         }
@@ -185,7 +180,12 @@ impl Checked {
         out.push_str(&input_table(program.inputs()));
         out.push_str(&match &self.fit {
             Some(fit) if !fit.measures.is_empty() => format!("\n{}", dimensions::fitted(&fit.measures)),
-            _ => dimensions::declared(if self.given { "value" } else { "nominal" }, program, &self.values),
+            _ => dimensions::declared(
+                if self.given { "value" } else { "nominal" },
+                program,
+                &self.values,
+                &self.measured,
+            ),
         });
         let rows: Vec<Vec<String>> = program
             .parts()
@@ -209,7 +209,16 @@ fn library(errors: Failed) -> Checked {
     if tree.is_some_and(|tree| !tree.items.is_empty()) {
         diagnostics.retain(|d| d.code != Code::NoModel);
     }
-    Checked { program: None, values: Vec::new(), given: false, fit: None, diagnostics, sources, closedness: None }
+    Checked {
+        program: None,
+        values: Vec::new(),
+        given: false,
+        measured: Vec::new(),
+        fit: None,
+        diagnostics,
+        sources,
+        closedness: None,
+    }
 }
 
 /// A table of parameters with their values, which `heading` names, and bounds.
@@ -260,11 +269,16 @@ fn document(checked: &Checked, ok: bool) -> Value {
     match &checked.program {
         None => json!({ "ok": ok, "diagnostics": diagnostics }),
         Some(p) => {
-            let open = |open: &OpenBorder| json!({ "part": p.parts()[open.patch].name, "side": open.side, "length": open.length });
+            let open = |open: &OpenBorder| {
+                json!({
+                    "part": p.parts()[open.patch].name, "side": open.side, "length": open.length, "at": open.at,
+                    "beside": open.beside.map(|other| &p.parts()[other].name), "touches": open.touches,
+                })
+            };
             let open = checked.closedness.as_ref().map(|c| c.open.iter().map(open).collect::<Vec<_>>());
             json!({
                 "ok": ok, "model": p.name(), "parameters": p.parameters(), "values": checked.values, "inputs": p.inputs(), "parts": p.parts(),
-                "measures": dimensions::document(p, &checked.values),
+                "measures": dimensions::document(p, &checked.values, &checked.measured),
                 "closed": checked.closedness.as_ref().map(Closedness::is_closed), "open_borders": open,
                 "diagnostics": diagnostics,
             })

@@ -2,7 +2,9 @@
 
 use crate::table;
 use gml_compiler::program::{Measure, Program};
+use gml_runtime::figures::MeasureValue;
 use gml_runtime::fit::FittedMeasure;
+use gml_runtime::model::EvaluationError;
 use gml_runtime::variance::{DimensionVerdict, Outcome, PointMeasure, VarianceReport};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -29,21 +31,26 @@ fn written(figure: f64, unit: &str) -> (f64, &str) {
 }
 
 /// A table of the measures at x, under a heading for their values; nothing if there are none.
-pub(crate) fn declared(heading: &str, program: &Program, x: &[f64]) -> String {
-    let row = |(k, m): (usize, &Measure)| {
+pub(crate) fn declared(
+    heading: &str,
+    program: &Program,
+    x: &[f64],
+    measured: &[Result<MeasureValue, EvaluationError>],
+) -> String {
+    let row = |((k, m), computed): ((usize, &Measure), &Result<MeasureValue, EvaluationError>)| {
         let shown = |figure: f64| table::number(written(figure, &m.unit).0);
-        let computed = program.measure(k, x);
-        let value = computed.as_ref().map_or("-".to_owned(), |value| shown(*value));
+        let value = computed.as_ref().map_or("-".to_owned(), |measured| shown(measured.value));
         let limits = program.measure_limits(k, x).ok().flatten();
         let [from, to] = limits.map_or_else(Default::default, |limits| limits.map(shown));
-        let slopes = match computed.and_then(|_| program.measure_gradient(k, x)) {
-            Ok(gradient) => by_parameter(program, &m.unit, &gradient),
-            Err(error) => error.sentence,
+        let slopes = match computed.as_ref().and_then(|measured| measured.gradient.as_ref()) {
+            Ok(gradient) => by_parameter(program, &m.unit, gradient),
+            Err(error) => error.sentence.clone(),
         };
         let doc = m.doc.lines().next().unwrap_or_default().trim().to_owned();
         vec![m.name.clone(), value, written(0.0, &m.unit).1.to_owned(), from, to, slopes, doc]
     };
-    let rows: Vec<Vec<String>> = program.measures().iter().enumerate().map(row).collect();
+    let measures = program.measures().iter().enumerate().zip(measured);
+    let rows: Vec<Vec<String>> = measures.map(row).collect();
     if rows.is_empty() {
         return String::new();
     }
@@ -61,16 +68,19 @@ fn by_parameter(program: &Program, unit: &str, gradient: &[f64]) -> String {
 }
 
 /// The measures at x for `check --format json`.
-pub(crate) fn document(program: &Program, x: &[f64]) -> Value {
-    let measure = |(k, m): (usize, &Measure)| {
-        let (value, gradient) = (program.measure(k, x), program.measure_gradient(k, x));
+pub(crate) fn document(program: &Program, x: &[f64], measured: &[Result<MeasureValue, EvaluationError>]) -> Value {
+    let measure = |((k, m), computed): ((usize, &Measure), &Result<MeasureValue, EvaluationError>)| {
+        let (value, gradient) = match computed {
+            Ok(MeasureValue { value, gradient }) => (Ok(*value), gradient.as_ref()),
+            Err(error) => (Err(error), Err(error)),
+        };
         let limits = program.measure_limits(k, x);
-        let errors = [value.as_ref().err(), gradient.as_ref().err(), limits.as_ref().err()];
+        let errors = [value.err(), gradient.err(), limits.as_ref().err()];
         let error = errors.into_iter().flatten().next().map(|e| e.message.clone());
         let names = program.parameters().iter().map(|p| p.name.as_str());
         let derivatives = gradient
             .ok()
-            .map(|gradient| names.zip(gradient).filter(|(_, slope)| *slope != 0.0).collect::<BTreeMap<_, _>>());
+            .map(|gradient| names.zip(gradient).filter(|(_, slope)| **slope != 0.0).collect::<BTreeMap<_, _>>());
         let tolerance = limits.ok().flatten().map(|[lower, upper]| json!({ "lower": lower, "upper": upper }));
         let value = value.ok();
         json!({
@@ -78,7 +88,7 @@ pub(crate) fn document(program: &Program, x: &[f64]) -> Value {
             "tolerance": tolerance, "error": error,
         })
     };
-    program.measures().iter().enumerate().map(measure).collect()
+    program.measures().iter().enumerate().zip(measured).map(measure).collect()
 }
 
 /// A table of the measures of a fit; nothing if there are none.

@@ -1,7 +1,7 @@
 //! Text files: scripts, what they use, and fits.
 
 use crate::error::CommandError;
-use gml_compiler::source::{Loader, SourceFile};
+use gml_compiler::source::{FontFile, Loader, SourceFile};
 use gml_runtime::reason::in_words;
 use gml_runtime::scan::{self, Foreign};
 use std::fs::File;
@@ -10,6 +10,9 @@ use std::path::{Component, Path, PathBuf};
 
 /// The largest text in bytes: people write scripts, so that a larger file is probably not one.
 pub(crate) const LARGEST_TEXT: u64 = 16 << 20;
+
+/// The largest font in bytes: those with all letters of East Asia have some 20 MiB.
+const LARGEST_FONT: u64 = 64 << 20;
 
 /// Loads the scripts that scripts `use`, relative to the using script: only those in folders that are allowed, so that
 /// a script from elsewhere cannot read, and quote in its messages, whatever its user may read.
@@ -50,15 +53,16 @@ impl FileLoader {
     }
 }
 
-impl Loader for FileLoader {
-    fn load(&self, path: &str, from: &str) -> Result<SourceFile, String> {
+impl FileLoader {
+    /// The path of a file that a script names, if it has one of the endings and lies where it may be read.
+    fn allowed(&self, path: &str, from: &str, endings: &[&str], kind: &str) -> Result<PathBuf, String> {
         let full = plain(&folder_of(Path::new(from)).join(path));
         let real = full.canonicalize().map_err(|e| format!("{}: {}", full.display(), reason(&e)))?;
         if real.is_dir() {
-            return Err(format!("{}: is a folder, not a script (.gml)", full.display()));
+            return Err(format!("{}: is a folder, not a {kind}", full.display()));
         }
-        if !is_script(&full) {
-            return Err(format!("{}: is not a script (.gml)", full.display()));
+        if !ends_with(&full, endings) {
+            return Err(format!("{}: is not a {kind}", full.display()));
         }
         // Links are followed first: what lies elsewhere is elsewhere.
         if !self.folders.iter().any(|folder| real.starts_with(folder)) {
@@ -68,15 +72,39 @@ impl Loader for FileLoader {
                 folder_of(&real).display()
             ));
         }
+        Ok(full)
+    }
+}
+
+impl Loader for FileLoader {
+    fn load(&self, path: &str, from: &str) -> Result<SourceFile, String> {
+        let full = self.allowed(path, from, SCRIPT, "script (.gml)")?;
         let text = script_text(&full)?;
         Ok(SourceFile { name: full.display().to_string(), text })
     }
+
+    fn load_font(&self, path: &str, from: &str) -> Result<FontFile, String> {
+        let full = self.allowed(path, from, FONT, "font (.ttf, .otf)")?;
+        let bytes = bytes(&full, LARGEST_FONT, "a font")?.into();
+        Ok(FontFile { name: full.display().to_string(), bytes })
+    }
 }
+
+/// The endings of scripts.
+const SCRIPT: &[&str] = &["gml"];
+
+/// The endings of fonts.
+const FONT: &[&str] = &["ttf", "otf", "ttc", "otc"];
 
 /// Whether a file is a script by its name, also at the end of a link: what a stranger's file names is read, and quoted
 /// in messages, only then.
 pub(crate) fn is_script(path: &Path) -> bool {
-    let named = |path: &Path| path.extension().is_some_and(|ending| ending == "gml");
+    ends_with(path, SCRIPT)
+}
+
+/// Whether a file has one of the endings, also at the end of a link.
+fn ends_with(path: &Path, endings: &[&str]) -> bool {
+    let named = |path: &Path| path.extension().is_some_and(|ending| endings.iter().any(|e| ending == *e));
     named(path) && path.canonicalize().is_ok_and(|real| named(&real))
 }
 
@@ -136,6 +164,11 @@ pub(crate) fn read_settings(path: &Path) -> Result<String, CommandError> {
 }
 
 fn read_text(path: &Path) -> Result<String, String> {
+    text(bytes(path, LARGEST_TEXT, "a text")?).map_err(|what| format!("{}: {what}", path.display()))
+}
+
+/// The bytes of a file of a kind, which has no more than the largest of them.
+fn bytes(path: &Path, largest: u64, kind: &str) -> Result<Vec<u8>, String> {
     let failed = |e: &std::io::Error| format!("{}: {}", path.display(), reason(e));
     // Looked at before it is opened: opening a pipe waits for its writer.
     let about = std::fs::metadata(path).map_err(|e| failed(&e))?;
@@ -147,11 +180,11 @@ fn read_text(path: &Path) -> Result<String, String> {
     }
     let mut bytes = Vec::new();
     // What grows while it is read has no end.
-    File::open(path).and_then(|file| file.take(LARGEST_TEXT + 1).read_to_end(&mut bytes)).map_err(|e| failed(&e))?;
-    if bytes.len() as u64 > LARGEST_TEXT {
-        return Err(format!("{}: has more than {} MiB, too much for a text", path.display(), LARGEST_TEXT >> 20));
+    File::open(path).and_then(|file| file.take(largest + 1).read_to_end(&mut bytes)).map_err(|e| failed(&e))?;
+    if bytes.len() as u64 > largest {
+        return Err(format!("{}: has more than {} MiB, too much for {kind}", path.display(), largest >> 20));
     }
-    text(bytes).map_err(|what| format!("{}: {what}", path.display()))
+    Ok(bytes)
 }
 
 /// The text of a file's bytes. A byte-order mark of UTF-8 stays: places in the text are places in the file.

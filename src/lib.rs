@@ -8,6 +8,7 @@ mod print;
 mod batch;
 mod check;
 mod cli;
+mod closedness;
 mod command_line;
 mod compare;
 mod convert;

@@ -6,10 +6,12 @@ use crate::outputs;
 use crate::picture::{self, Framing};
 use crate::progress::TerminalProgress;
 use crate::script::{Valued, compile_valued};
+use crate::table;
 use gml_compiler::program::Program;
 use gml_runtime::export::mesh::MeshFormat;
 use gml_runtime::export::scan::{Recorded, ScanFormat};
-use gml_runtime::model::{Atlas, Fineness, Instance, Model, Motion, Passages, Tessellation};
+use gml_runtime::mesh::TriangleMesh;
+use gml_runtime::model::{Atlas, Fineness, Instance, Model, Motion, OpenBorder, Passages, Tessellation};
 use gml_runtime::scan::{Attributes, Unit};
 use serde_json::json;
 
@@ -101,7 +103,10 @@ fn write_surface(
     let mesh = &tessellation.mesh;
     let recorded = Recorded { mesh, attributes: &Attributes::default(), grids: &[], unit: Unit::Mm };
     outputs::write_scan(&args.output, &recorded, ScanFormat::Mesh(format))?;
-    let warnings = warnings(&tessellation, chord, format, passages.map(|passages| passages.sentence()));
+    let mut warnings = warnings(&tessellation, chord, format, passages.map(|passages| passages.sentence()));
+    if program.is_trimmed() {
+        warnings.extend(gap(program, mesh));
+    }
     let vertices = mesh.position_numbers().into_iter().max().map_or(0, |last| last + 1);
     let (triangles, parts) = (mesh.triangles.len(), mesh.groups.len());
     let result = json!({ "output": outputs::named(&args.output), "vertices": vertices, "triangles": triangles,
@@ -114,6 +119,45 @@ fn write_surface(
     args.json.print(&args.output, &result, &line);
     warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
     Ok(())
+}
+
+/// Open borders of a trimmed part that are shorter than this part of the model's diagonal are a gap, whatever is beside
+/// them: a surface that ends somewhere on purpose has longer ones.
+const SHORT: f64 = 0.01;
+
+fn widest<'o>(all: &[&'o OpenBorder]) -> Option<&'o OpenBorder> {
+    all.iter().copied().max_by(|a, b| a.length.total_cmp(&b.length))
+}
+
+/// A sentence on the gaps between trimmed parts, or on where one ends that nothing meets.
+fn gap(program: &Program, mesh: &TriangleMesh) -> Option<String> {
+    let open = OpenBorder::of_mesh(mesh);
+    let short = SHORT * mesh.bounds().diagonal();
+    let is_gap = |open: &&OpenBorder| open.beside.is_some() || open.length < short;
+    let ends = |open: &&OpenBorder| !is_gap(open) && Model::keep(program, open.patch).is_some();
+    let length = |all: &[&OpenBorder]| all.iter().map(|open| open.length).sum::<f64>();
+    let name = |patch: usize| &program.parts()[patch].name;
+    let near = |open: &OpenBorder| open.at.map_or_else(String::new, |at| format!(" near {}", table::place(at)));
+    let gaps: Vec<&OpenBorder> = open.iter().filter(is_gap).collect();
+    if let Some(widest) = widest(&gaps) {
+        let place = match widest.beside {
+            Some(beside) => format!("between '{}' and '{}'", name(widest.patch), name(beside)),
+            None => format!("in '{}'", name(widest.patch)),
+        };
+        return Some(format!(
+            "the mesh is not closed: {place}{} is a gap ({:.3} mm of border in all); another --chord may close it",
+            near(widest),
+            length(&gaps),
+        ));
+    }
+    let ends: Vec<&OpenBorder> = open.iter().filter(ends).collect();
+    let widest = widest(&ends)?;
+    Some(format!(
+        "the mesh is open: '{}' ends{} where no other part meets it ({:.3} mm of border in all)",
+        name(widest.patch),
+        near(widest),
+        length(&ends),
+    ))
 }
 
 /// Sentences on what the mesh is not, or the model.

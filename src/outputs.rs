@@ -81,9 +81,11 @@ fn is_one(a: &Path, b: &Path) -> bool {
     }
 }
 
-/// Refuses an output file that is one of a program's scripts, those that are used among them.
+/// Refuses an output file that is one of a program's scripts or fonts, those that are used among them.
 pub(crate) fn require_apart_from_scripts(output: &Path, program: &Program) -> Result<(), CommandError> {
-    require_apart(output, program.sources().scripts().map(|script| Path::new(script.name.as_str())))
+    let sources = program.sources();
+    let names = sources.scripts().map(|script| &script.name).chain(sources.fonts().iter().map(|font| &font.name));
+    require_apart(output, names.map(|name| Path::new(name.as_str())))
 }
 
 /// Refuses two outputs of one name: the later one would replace the other.

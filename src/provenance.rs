@@ -54,13 +54,18 @@ pub(crate) fn input(input: &Input) -> FittedInput {
     FittedInput { name: name.clone(), value: *value, unit: quantity.unit().to_owned(), quantity: *quantity }
 }
 
-/// SHA-256 of a script and of what it uses, the standard library left out: every release of gmlc has its own. Names of
-/// files do not count, as they depend on the folder that gmlc runs in; lengths keep two files from passing for one.
+/// SHA-256 of a script and of what it uses, fonts among it, the standard library left out: every release of gmlc has
+/// its own. Names of files do not count, as they depend on the folder that gmlc runs in; lengths keep two files from
+/// passing for one.
 pub(crate) fn sha256(sources: &Sources) -> String {
     let mut hash = Sha256::new();
     for file in sources.scripts() {
         hash.update((file.text.len() as u64).to_le_bytes());
         hash.update(file.text.as_bytes());
+    }
+    for font in sources.fonts() {
+        hash.update((font.bytes.len() as u64).to_le_bytes());
+        hash.update(&font.bytes);
     }
     hexadecimal(hash.finalize())
 }

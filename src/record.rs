@@ -156,6 +156,8 @@ pub(crate) fn add_inputs(record: &mut Record, scans: &[ScanSource], program: &Pr
     let scripts = program.sources().scripts();
     // The standard library belongs to the version.
     record.files.extend(scripts.map(|file| used("script", Path::new(file.name.as_str()), file.text.as_bytes())));
+    let fonts = program.sources().fonts().iter();
+    record.files.extend(fonts.map(|font| used("font", Path::new(font.name.as_str()), &font.bytes)));
     if let Some(params) = params {
         add_file(record, "fit", params);
     }

@@ -30,6 +30,12 @@ pub(crate) fn coordinate(x: f64) -> String {
     if x.is_finite() && (1e4..1e12).contains(&x.abs()) { format!("{x:.2}") } else { number(x) }
 }
 
+/// A place whose coordinates are in millimetres, without what is only rounding.
+pub(crate) fn place(at: [f64; 3]) -> String {
+    let [x, y, z] = at.map(|c| coordinate((c * 1e4).round() / 1e4 + 0.0));
+    format!("({x}, {y}, {z}) mm")
+}
+
 /// A number whose standard uncertainty is known: with as many decimals as leave two significant digits of that. Without
 /// one it is any other number.
 pub(crate) fn rounded(x: f64, uncertainty: Option<f64>) -> String {

@@ -57,21 +57,26 @@ fn rotate_about(shape, center, angle: angle, axis = (0, 0, 1)) =
 /// (1mm, 2mm, 3mm).scale(2)        // = (2, 4, 6) mm
 /// (1mm, 2mm, 3mm).scale(z: 0.5)   // = (1, 2, 1.5) mm
 /// ```
-fn scale(shape, by: real = 1, x: real = by, y: real = by, z: real = by) = _moved(
+fn scale(shape, by: real = 1, x: real = by, y: real = by, z: real = by) = each_solid(
   shape,
-  |p| if len(p) == 2 { (p.x * x, p.y * y) } else { (p.x * x, p.y * y, p.z * z) },
-  |p| (p.x / x, p.y / y, p.z / z),
+  |s| _mapped(s, |p| if len(p) == 2 { (p.x * x, p.y * y) } else { (p.x * x, p.y * y, p.z * z) }),
+  |inside| _stretched(inside, (x, y, z)),
 )
 
 /// The shape stretched along x, y and z by the components of a vector.
 /// ```gml
 /// (1mm, 2mm, 3mm).stretch((1, 2, 3))   // = (1, 4, 9) mm
 /// ```
-fn stretch(shape, by: vec3) = _moved(
+fn stretch(shape, by: vec3) = each_solid(
   shape,
-  |p| (p.x * by.x, p.y * by.y, p.z * by.z),
-  |p| (p.x / by.x, p.y / by.y, p.z / by.z),
+  |s| _mapped(s, |p| (p.x * by.x, p.y * by.y, p.z * by.z)),
+  |inside| _stretched(inside, by),
 )
+
+/// Distances from a solid that is stretched: no longer than they are, and exact where it is stretched as much along all
+/// axes.
+fn _stretched(inside, by: vec3) = |p|
+  inside((p.x / by.x, p.y / by.y, p.z / by.z)) * min(abs(by.x), abs(by.y), abs(by.z))
 
 /// The shape mirrored in the plane through the point `through` at right angles to `normal` (in the plane: in that
 /// line). A surface's u runs backwards then, so that its outer side stays outside.

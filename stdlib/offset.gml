@@ -1,4 +1,4 @@
-// Curves and surfaces at a distance from others, and sheets of a thickness.
+// Curves and surfaces at a distance from others, sheets of a thickness, and hollow solids.
 
 /// A curve in the plane (of x and y) moved sideways by a distance, to the right of its sense: outwards for a closed one
 /// that runs counterclockwise. Of a surface: moved along its normal, outwards. A negative distance goes to the other
@@ -27,4 +27,31 @@ fn thicken(surface: surface, thickness: length, around: bool = false) {
   let left = flip(ruled(|t| surface(0, t), |t| outer(0, t)))
   let right = ruled(|t| surface(1, t), |t| outer(1, t))
   {outer: outer, inner: flip(surface), rims: if around { [low, high] } else { [low, high, left, right] }}
+}
+
+/// A solid as a hollow one with walls of a thickness: its surfaces are those of the solid, as `outside`, and those of
+/// the hollow, as `inside`. It is opened by what cuts it: `shell(tin, 1mm) & {rim: half_space(...)}`. What is inside of
+/// the solid must be told by the distance, as the functions of std.solid do, and the solid must have no inner edges:
+/// there the hollow has a rounding, which is not made, so that it stays open.
+/// ```gml
+/// let tin = shell(capped_cylinder(radius: 20mm, height: 30mm), 1mm)
+/// tin.inside.wall(0, 0.5)              // = (19, 0, 15) mm
+/// inside(tin)((0mm, 0mm, 0.5mm))       // = -0.5 mm
+/// inside(tin)((0mm, 0mm, 9mm))         // = 8 mm
+/// ```
+fn shell(body, thickness: length) {
+  require thickness > 0mm, "the thickness of a shell is positive"
+  let distance = inside(body)
+  solid(
+    {
+      outside: each(body, |s| s),
+      inside: flip(each(body, |s| |u: real, v: real| {
+        let n = normal(s, u, v)
+        let p = s(u, v) - n * thickness
+        // A little deeper than it is another surface of the hollow may be nearer.
+        keep(p, -thickness - distance(p - n * 1e-6mm))
+      })),
+    },
+    |p| max(distance(p), -thickness - distance(p)),
+  )
 }

@@ -133,7 +133,10 @@ model _capped_cylinder {
 /// ```
 fn frustum(bottom: length = 10mm, top: length = 5mm, height: length = 20mm) = solid(
   _frustum(bottom: bottom, top: top, height: height),
-  |p| max(hypot(p.x, p.y) - mix(bottom, top, p.z / height), -p.z, p.z - height),
+  |p| {
+    let beyond = hypot(p.x, p.y) - mix(bottom, top, p.z / height)
+    max(beyond * height / hypot(height, bottom - top), -p.z, p.z - height)
+  },
 )
 
 /// The surfaces of frustum.
@@ -252,6 +255,134 @@ fn ball(radius: length = 10mm) = solid({wall: sphere(radius)}, |p| norm(p) - rad
 fn solid_torus(bend: length = 20mm, radius: length = 5mm) =
   solid({wall: torus(bend, radius)}, |p| hypot(hypot(p.x, p.y) - bend, p.z) - radius)
 
+/// A prism that stands on the plane of x and y: an outline of straight lines between points of the plane, which run
+/// counterclockwise and do not cross. Its surfaces are `side[0]` from the first point to the second, and so on, `top`
+/// and `base`.
+/// ```gml
+/// let wedge = extruded([(0mm, 0mm), (8mm, 0mm), (0mm, 6mm)], 5mm)
+/// wedge.side[1](0.5, 1)               // = (4, 3, 5) mm
+/// inside(wedge)((3mm, 1mm, 2mm))      // = -1 mm
+/// ```
+fn extruded(points, height: length) {
+  let n = len(points)
+  require n > 2, "an outline needs three points at least"
+  let outline = for p in points { (p.x, p.y) }
+  require _doubled_area(outline) > 0mm * 0mm, "the points of an outline run counterclockwise"
+  let face = outlined_face(outline_lines([outline]))
+  solid(
+    {
+      side: for i in 0..n {
+        let (a, b) = (outline[i], outline[(i + 1) % n])
+        |u: real, v: real| lift(mix(a, b, u), height * v)
+      },
+      top: face.translate((0mm, 0mm, height)),
+      base: flip(face),
+    },
+    |p| max(distance_from_lines((p.x, p.y), outline_lines([outline])), -p.z, p.z - height),
+  )
+}
+
+/// A body between two outlines of as many points, from the first on the plane of x and y to the second at a height:
+/// straight lines run from each point to its partner, and every section between is an outline. Both run
+/// counterclockwise. The surfaces are `side[0]` from the first points to the second ones, and so on, `top` and `base`.
+/// ```gml
+/// let square = [(9mm, -9mm), (9mm, 9mm), (-9mm, 9mm), (-9mm, -9mm)]
+/// let small = [(3mm, -5mm), (3mm, 5mm), (-3mm, 5mm), (-3mm, -5mm)]
+/// let spout = lofted(square, small, 8mm)
+/// spout.side[0](0.5, 0.5)             // = (6, 0, 4) mm
+/// inside(spout)((5mm, 0mm, 4mm))      // = -1 mm
+/// ```
+fn lofted(bottom, top, height: length) {
+  let n = len(bottom)
+  require n > 2, "an outline needs three points at least"
+  require len(top) == n, "both outlines of a loft have as many points"
+  let (below, above) = (for p in bottom { (p.x, p.y) }, for p in top { (p.x, p.y) })
+  require _doubled_area(below) > 0mm * 0mm, "the points of an outline run counterclockwise"
+  require _doubled_area(above) > 0mm * 0mm, "the points of an outline run counterclockwise"
+  solid(
+    {
+      side: for i in 0..n {
+        let next = (i + 1) % n
+        |u: real, v: real|
+          lift(mix(mix(below[i], below[next], u), mix(above[i], above[next], u), v), height * v)
+      },
+      top: outlined_face(outline_lines([above])).translate((0mm, 0mm, height)),
+      base: flip(outlined_face(outline_lines([below]))),
+    },
+    |p| {
+      let t = clamp(p.z / height, 0, 1)
+      let section = for i in 0..n { mix(below[i], above[i], t) }
+      max(distance_from_lines((p.x, p.y), outline_lines([section])), -p.z, p.z - height)
+    },
+  )
+}
+
+/// A body of revolution about the z axis: its profile are straight lines between points (distance from the axis,
+/// height), from one on the axis to another above it. Its surfaces are `wall[0]` from the first point to the second,
+/// and so on.
+/// ```gml
+/// let top = revolved([(0mm, 0mm), (6mm, 4mm), (6mm, 9mm), (0mm, 9mm)])
+/// top.wall[1](0, 0.5)                 // = (6, 0, 6.5) mm
+/// inside(top)((0mm, 4mm, 7mm))        // = -2 mm
+/// ```
+fn revolved(profile) {
+  let n = len(profile) - 1
+  require n > 1, "a profile needs three points at least"
+  require abs(profile[0].x) + abs(profile[n].x) < 1e-9mm,
+    "the first and the last point of a profile are on the axis"
+  require _doubled_area(profile) > 0mm * 0mm,
+    "a profile runs from its lowest point on the axis outwards and up"
+  solid(
+    {wall: for i in 0..n { revolve(line(profile[i], profile[i + 1])) }},
+    |p| distance_from_lines((hypot(p.x, p.y), p.z), outline_lines([profile]), n),
+  )
+}
+
+/// A body of revolution about the z axis whose profile is a smooth curve (distance from the axis, height), which runs
+/// from its lowest point up to its highest one; its surfaces are `wall`, `top` and `base`. The profile must be smooth
+/// and must not cross itself; of its waves ten at the most are told apart.
+/// ```gml
+/// let vase = revolved_curve(bezier([(20mm, 0mm), (35mm, 20mm), (10mm, 60mm), (20mm, 80mm)]))
+/// vase.wall(0, 1)                       // = (20, 0, 80) mm
+/// inside(vase)((0mm, 0mm, 78mm))        // = -2 mm
+/// ```
+fn revolved_curve(profile: curve) {
+  let (foot, rim) = (profile(0), profile(1))
+  require foot.y < rim.y,
+    "a profile runs from its lowest point up to its highest one: turn it around by 'reversed'"
+  let stations = _stations(profile)
+  solid(
+    {
+      wall: revolve(profile),
+      top: disc(rim.x).translate((0mm, 0mm, rim.y)),
+      base: flip(disc(foot.x)).translate((0mm, 0mm, foot.y)),
+    },
+    |p| max(_from_curve((hypot(p.x, p.y), p.z), profile, stations, false), foot.y - p.z, p.z - rim.y),
+  )
+}
+
+/// A prism that stands on the plane of x and y, on a smooth closed outline that runs counterclockwise; its surfaces are
+/// `wall`, `top` and `base`. The outline may have arcs that run on in the direction of lines, but no corners; of its
+/// waves ten at the most are told apart.
+/// ```gml
+/// let cam = extruded_curve(|t| (9mm * cos(t * 1turn), 5mm * sin(t * 1turn)), 4mm)
+/// cam.wall(0.25, 0.5)                   // = (0, 5, 2) mm
+/// inside(cam)((8mm, 0mm, 2mm))          // = -1 mm
+/// ```
+fn extruded_curve(outline: curve, height: length) {
+  let stations = _stations(outline)
+  require _doubled_area(stations) > 0mm * 0mm, "an outline runs counterclockwise"
+  let face = plane_within(stations, |p| _from_curve(p, outline, stations, true), larger: 1.1)
+  solid(
+    {
+      wall: |u: real, v: real| lift(outline(u), height * v),
+      top: face.translate((0mm, 0mm, height)),
+      base: flip(face),
+    },
+    |p| max(_from_curve((p.x, p.y), outline, stations, true), -p.z, p.z - height),
+  )
+}
+
 /// The half space below the plane through `at` with a normal: no surface of its own, to cut others with `-` and `&`.
 /// The plane is a square about `at` of the size that is said. It closes the cut where the body is no larger there; and
 /// should not be much larger, as textures and samples are spread over all of it.
@@ -284,11 +415,26 @@ fn inside_of(shape, body) = each(shape, |s| |u: real, v: real| {
   keep(p, -inside(body)(p))
 })
 
-/// Solids of an array in one that do not touch each other: none asks where the others are, so that there may be a
+/// The union of an array of solids, whose surfaces are `at[0]`, `at[1]` and so on. Under a name, as in `a - {hole:
+/// solids}`, an array needs no `union`.
+/// ```gml
+/// let row = union(for i in 0..3 { ball(radius: 3mm).translate((i * 4mm, 0mm, 0mm)) })
+/// inside(row)((4mm, 0mm, 0mm))   // = -3 mm
+/// ```
+fn union(solids) = _combined(solids, 1)
+
+/// What all solids of an array have in common; their surfaces are `at[0]`, `at[1]` and so on.
+/// ```gml
+/// let lens = intersection([ball(radius: 5mm), ball(radius: 5mm).translate((6mm, 0mm, 0mm))])
+/// inside(lens)((3mm, 0mm, 0mm))   // = -2 mm
+/// ```
+fn intersection(solids) = _combined(solids, -1)
+
+/// The union of an array of solids that do not touch each other: none asks where the others are, so that there may be a
 /// hundred of them. Their surfaces are `at[0]`, `at[1]` and so on. `gmlc check` says that the model is not closed
 /// where they overlap.
 /// ```gml
-/// // part plate = box() - {hole: separate(for i in 0..100 { bolt.translate(place(i)) })}   // plate.hole.at[3].wall
+/// // part plate = box() - {hole: separate(for i in 0..100 { bolt.translate(place(i)) })}   // plate.hole[3].wall
 /// let two = separate(for i in 0..2 { ball(radius: 2mm).translate((i * 9mm, 0mm, 0mm)) })
 /// inside(two)((9mm, 0mm, 0mm))   // = -2 mm
 /// ```
@@ -348,23 +494,24 @@ fn _inside_difference(a, b) = |p| max(a(p), -b(p))
 /// What is inside of both solids.
 fn _inside_intersection(a, b) = |p| max(a(p), b(p))
 
-/// The union of an array of solids: its surfaces, each where it is not inside of another one, and its inside.
-fn _united(solids) {
+/// The union of an array of solids (1), or what they have in common (-1): each surface where it is on that side of all
+/// others.
+fn _combined(solids, side) {
   // Surfaces hold on to what is inside of all others, and not to their surfaces: there may be many.
   let insides = for i in 0..len(solids) { inside(solids[i]) }
   solid(
     {
-      surfaces: for i in 0..len(solids) {
+      at: for i in 0..len(solids) {
         let others = for k in 0..len(insides) - 1 { insides[if k < i { k } else { k + 1 }] }
         each(solids[i], |s| |u: real, v: real| {
-          let (p, above) = (s(u, v), _beside_surface(s, u, v, 1))
+          let (p, beside) = (s(u, v), _beside_surface(s, u, v, side))
           keep(p, _least(for k in 0..len(others) {
-            if k < i { others[k](p) - _beside } else { others[k](above) }
+            if k < i { side * others[k](p) - _beside } else { side * others[k](beside) }
           }))
         })
       },
     },
-    |p| _least(for j in 0..len(insides) { insides[j](p) }),
+    |p| side * _least(for j in 0..len(insides) { side * insides[j](p) }),
   )
 }
 
@@ -376,6 +523,37 @@ fn _inside_rounded_box(p, x, y, z, middle) {
   let q = (abs(p.x) - x, abs(p.y) - y, abs(p.z - middle) - z)
   let beyond = (max(q.x, 0mm), max(q.y, 0mm), max(q.z, 0mm))
   norm(beyond) + min(max(q.x, q.y, q.z), 0mm)
+}
+
+/// Twice the area within an outline, negative where it runs clockwise.
+fn _doubled_area(outline) =
+  sum(for i in 0..len(outline) { cross2(outline[i], outline[(i + 1) % len(outline)]) })
+
+/// Where the nearest point of a curve is sought at first; computed once, and not for every point.
+fn _stations(curve) = for i in 0..33 { curve(i / 32) }
+
+/// Distance of a point of the plane from a smooth curve with its stations: to the right of its sense, negative to the
+/// left.
+fn _from_curve(p, curve, stations, closed: bool) {
+  fn within(t: real) -> real = if closed { t - floor(stop(t)) } else { clamp(t, 0, 1) }
+  // Newton's step towards the nearest point; where the curve turns away, a step of steepest descent.
+  fn step(t: real) -> real {
+    let (d, v) = (curve(t) - p, curve'(t))
+    let square = dot(v, v)
+    dot(d, v) / max(square + dot(d, curve''(t)), square / 4)
+  }
+  let first = fold((0.0, 1000m * 1000m), 0..33, |best, i| {
+    let d = stations[i] - p
+    let square = dot(d, d)
+    if square < best[1] { (i / 32, square) } else { best }
+  })
+  let found = stop(loop(first[0], 3, |t, i| within(t - clamp(step(t), -1 / 32, 1/32))))
+  // One more step is differentiated, so that derivatives are exact.
+  let t = if closed or found > 0 and found < 1 { found - step(found) } else { found }
+  let (from, v) = (p - curve(t), curve'(t))
+  require norm(v) > 1e-9mm,
+    "the curve stands still, as at a corner: a solid with corners is made by 'extruded' or 'revolved'"
+  cross2(from, v) / norm(v)
 }
 
 /// Negative between the walls and the ends of a bent pipe.

@@ -63,6 +63,32 @@ fn trapezoidal_thread(
   _thread(diameter, pitch, length, pitch / 2, 0.5 - flank, flank, run_out, internal, left)
 }
 
+/// A rod with an ISO metric thread that stands on the plane of x and y: a solid with the surfaces `wall`, `top` and
+/// `base`. Taken off a body it cuts the thread of a nut; it should then reach beyond the body by `run_out`.
+/// ```gml
+/// let bolt = threaded_rod(10mm, 1.5mm, 21mm)
+/// inside(bolt)((4.9mm, 0mm, 10.5mm)) < 0mm    // = true
+/// inside(bolt)((-4.9mm, 0mm, 10.5mm)) > 0mm   // = true
+/// // part nut = extruded(hexagon, 8mm) - {thread: threaded_rod(10mm, 1.5mm, 11mm).translate((0mm, 0mm, -1.5mm))}
+/// ```
+fn threaded_rod(
+  diameter: length,
+  pitch: length,
+  length: length,
+  run_out: length = pitch,
+  left: bool = false,
+) {
+  let wall = metric_thread(diameter, pitch, length, run_out, left: left)
+  let end = disc(norm((wall(0, 0).x, wall(0, 0).y)))
+  solid(
+    {wall: wall, top: end.translate((0mm, 0mm, length)), base: flip(end)},
+    |p| {
+      let q = wall(atan2(p.y, p.x) / 1turn, clamp(p.z, 0mm, length) / length)
+      max(hypot(p.x, p.y) - hypot(q.x, q.y), -p.z, p.z - length)
+    },
+  )
+}
+
 /// A thread with straight flanks; widths of a crest and of a flank along the axis in pitches.
 fn _thread(
   diameter: length,

@@ -57,6 +57,7 @@ mod ir;
 mod jit;
 pub mod number;
 mod operators;
+mod outline;
 mod parameters;
 pub mod program;
 pub mod reference;

@@ -139,6 +139,32 @@ pub struct Measure {
     pub span: Span,
 }
 
+/// A figure of parts of a model, which its measures use.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PartFigure {
+    /// Its kind.
+    pub figure: Figure,
+    /// The indices of the parts, ascending.
+    pub parts: Vec<usize>,
+    /// Those of the parts that it is to, of figures between parts.
+    pub others: Vec<usize>,
+}
+
+/// The kind of a figure of parts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Figure {
+    /// Their area. Square millimetres.
+    Area,
+    /// The volume that they enclose. Cubic millimetres.
+    Volume,
+    /// A coordinate (0 to 2) of the centroid of that volume. Millimetres.
+    Centroid(usize),
+    /// The least distance to the others. Millimetres.
+    Distance,
+    /// The angle between the outward normals of plane parts and of the others. Radians, from 0 to pi.
+    Angle,
+}
+
 /// One patch of surface of a model: a part, or one member of a group of parts.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct Part {

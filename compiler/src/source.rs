@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 /// Index of a file in [`Sources`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
@@ -38,12 +39,22 @@ pub struct SourceFile {
     pub text: String,
 }
 
+/// A font that a script names: its name as the user would write it, and its bytes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FontFile {
+    /// Path.
+    pub name: String,
+    /// The whole file.
+    pub bytes: Arc<[u8]>,
+}
+
 /// Every file that took part in a compilation, for messages that quote them.
 #[derive(Clone, Debug, Default)]
 pub struct Sources {
     files: Vec<SourceFile>,
     /// Files of the library that take part, by their index there.
     library: BTreeMap<u32, SourceFile>,
+    fonts: Vec<FontFile>,
 }
 
 /// The library's files have ids from here on, whatever other files take part: their trees are read once in a process.
@@ -74,6 +85,19 @@ impl Sources {
         let file = || SourceFile { name: name.to_owned(), text: text.to_owned() };
         self.library.entry(index as u32).or_insert_with(file);
         FileId::of_library(index)
+    }
+
+    /// Adds a font, if it is not there yet.
+    pub(crate) fn add_font(&mut self, font: FontFile) {
+        if !self.fonts.contains(&font) {
+            self.fonts.push(font);
+        }
+    }
+
+    /// The fonts in the order in which they were added.
+    #[must_use]
+    pub fn fonts(&self) -> &[FontFile] {
+        &self.fonts
     }
 
     /// The file, if there is one of that index.
@@ -122,7 +146,7 @@ impl Sources {
         self.files.len()
     }
 
-    /// Forgets all but the first files, and the library's.
+    /// Forgets all but the first files; the library's and fonts stay.
     pub(crate) fn truncate(&mut self, files: usize) {
         self.files.truncate(files);
     }
@@ -147,6 +171,14 @@ pub trait Loader {
     /// # Errors
     /// A sentence that says why the file cannot be read.
     fn load(&self, path: &str, from: &str) -> Result<SourceFile, String>;
+
+    /// The font of `path` likewise, for `glyphs`.
+    ///
+    /// # Errors
+    /// A sentence that says why the font cannot be read, which is so of all where a loader has texts only.
+    fn load_font(&self, path: &str, _from: &str) -> Result<FontFile, String> {
+        Err(format!("the font '{path}' cannot be read here: only texts are at hand"))
+    }
 }
 
 /// A loader for scripts that use only the standard library.

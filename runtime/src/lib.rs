@@ -67,6 +67,7 @@ mod disjoint_sets;
 mod eigen;
 pub mod export;
 mod feet;
+pub mod figures;
 pub mod fit;
 pub mod inspect;
 pub mod mesh;

@@ -38,6 +38,27 @@ pub(crate) enum Builtin {
     Keep,
     Solid,
     Inside,
+    SvgPath,
+    Glyphs,
+    /// Of finished parts, in measures.
+    OfParts(OfParts),
+}
+
+/// The figures of parts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum OfParts {
+    Area,
+    Volume,
+    Centroid,
+    LeastDistance,
+    FaceAngle,
+}
+
+impl OfParts {
+    /// Whether it is between parts and others.
+    pub(super) fn is_between(self) -> bool {
+        matches!(self, OfParts::LeastDistance | OfParts::FaceAngle)
+    }
 }
 
 /// Name, function, names of its parameters.
@@ -75,6 +96,13 @@ const TABLE: &[(&str, Builtin, &[&str])] = &[
     ("solid", Builtin::Solid, &["surfaces", "inside"]),
     ("inside", Builtin::Inside, &["solid"]),
     ("arity", Builtin::Arity, &["f"]),
+    ("svg_path", Builtin::SvgPath, &["path", "tolerance"]),
+    ("glyphs", Builtin::Glyphs, &["text", "font"]),
+    ("area", Builtin::OfParts(OfParts::Area), &["part"]),
+    ("volume", Builtin::OfParts(OfParts::Volume), &["part"]),
+    ("centroid", Builtin::OfParts(OfParts::Centroid), &["part"]),
+    ("least_distance", Builtin::OfParts(OfParts::LeastDistance), &["part", "other"]),
+    ("face_angle", Builtin::OfParts(OfParts::FaceAngle), &["part", "other"]),
 ];
 
 /// The value of a built-in constant.
@@ -97,12 +125,22 @@ impl Builtin {
         TABLE.iter().find(|(n, ..)| *n == name).map(|(_, builtin, _)| *builtin)
     }
 
+    /// Its name.
+    pub(super) fn name(self) -> &'static str {
+        self.entry().0
+    }
+
     fn entry(self) -> (&'static str, &'static [&'static str]) {
         TABLE.iter().find(|(_, b, _)| *b == self).map_or(("", &[]), |(name, _, params)| (*name, *params))
     }
 
     pub(crate) fn parameters(self) -> &'static [&'static str] {
         self.entry().1
+    }
+
+    /// The number of its arguments that must be given.
+    pub(super) fn required(self) -> usize {
+        if self == Builtin::SvgPath { 1 } else { self.parameters().len() }
     }
 
     /// Whether it takes one argument or more.
@@ -130,7 +168,10 @@ impl<'a> Checker<'a> {
             (Builtin::EachSolid, Some(f), Some(of_inside)) => self.each_solid(first, f, of_inside, span),
             (Builtin::Keep, Some(value), None) => self.keep_point(first, value, span),
             (Builtin::Solid, Some(inside), None) => self.make_solid(first, inside, span),
+            (Builtin::SvgPath, tolerance, None) => self.svg_path(first, tolerance, span),
+            (Builtin::Glyphs, Some(font), None) => self.glyphs(&first, &font, span),
             (Builtin::Atan2, Some(x), None) => self.atan2(first, x, span),
+            (Builtin::OfParts(_), ..) => self.outside_of_measures(builtin.name(), span),
             (_, None, None) => self.builtin_of_one(builtin, first, span),
             _ => error(span),
         }

@@ -34,7 +34,9 @@ impl<'a> Checker<'a> {
             Callee::Model(_, model) => model.items.iter().filter_map(model_parameter).collect(),
             Callee::Global(..) => Vec::new(),
             Callee::Builtin(builtin) => {
-                builtin.parameters().iter().map(|name| Parameter { name, ty: None, optional: false }).collect()
+                let required = builtin.required();
+                let names = builtin.parameters().iter().enumerate();
+                names.map(|(i, name)| Parameter { name, ty: None, optional: i >= required }).collect()
             }
             Callee::Derivative(of, _) => self.parameters(of),
         }
@@ -57,7 +59,14 @@ impl<'a> Checker<'a> {
     }
 
     pub(super) fn call_expr(&mut self, f: &'a ast::Expr, args: &'a [Arg], span: Span) -> Expr {
+        let paths = || args.iter().map(|arg| &arg.value).collect::<Vec<_>>();
+        if let Some(of_parts) = self.hidden_of_parts(f) {
+            return self.figure(of_parts, &paths(), span);
+        }
         let f = self.expr(f);
+        if let Some(of_parts) = self.of_parts(&f) {
+            return self.figure(of_parts, &paths(), span);
+        }
         let args = self.given(args);
         self.call(f, args, span)
     }
@@ -80,6 +89,13 @@ impl<'a> Checker<'a> {
         {
             let args = self.given(args);
             return self.call(f, args, span);
+        }
+        if self.measuring.is_some()
+            && let Some(f) = self.find(&name.text, name.span)
+            && let Some(of_parts) = self.of_parts(&f)
+        {
+            let paths: Vec<&ast::Expr> = std::iter::once(receiver).chain(args.iter().map(|arg| &arg.value)).collect();
+            return self.figure(of_parts, &paths, span);
         }
         let receiver = self.expr(receiver);
         if let Some(index) = field_index(&receiver.ty, &name.text) {
@@ -145,7 +161,7 @@ impl<'a> Checker<'a> {
             return self.fail(match f.ty {
                 Type::Int(_) | Type::Real(_) => diagnostic.suggest("write * to multiply", [Edit::after(f.span, " * ")]),
                 // In a list over several lines a line end separates nothing.
-                Type::Tuple(_) | Type::Array(..) | Type::Record(_) | Type::Text => {
+                Type::Tuple(_) | Type::Array(..) | Type::Record(_) | Type::Text(_) => {
                     diagnostic.suggest("is a comma missing after it?", [Edit::after(f.span, ",")])
                 }
                 _ => diagnostic,

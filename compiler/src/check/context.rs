@@ -3,6 +3,7 @@
 use super::CheckOptions;
 use super::builtins::Builtin;
 use super::constants::Evaluate;
+use super::figures::{Measuring, Wanted};
 use super::instantiate::Instance;
 use super::modules::{Definition, Module};
 use super::typed::{Expr, ExprKind, Function, FunctionId, Local, LocalId, Type};
@@ -42,6 +43,12 @@ pub(super) struct Checker<'a> {
     pub(super) preceding_args: &'a [ast::Arg],
     /// The places of numbers without a unit.
     pub(super) bare_literals: HashSet<Span>,
+    /// The measure whose value is being checked.
+    pub(super) measuring: Option<Measuring>,
+    /// The figures of parts that measures use.
+    pub(super) wanted: Vec<Wanted>,
+    /// The values of the measures that use figures of parts.
+    pub(super) measured_values: Vec<Expr>,
     diagnostics: Vec<Diagnostic>,
     reported: HashSet<(Span, Code)>,
     nodes: usize,
@@ -71,6 +78,8 @@ pub(super) enum Binding {
     Local(LocalId),
     /// The closure whose body this is; its captures are the locals from that one on.
     Itself(ClosureId, LocalId),
+    /// A measure that uses figures of parts: its index among the values of such.
+    Measured(usize),
 }
 
 /// A closure type.
@@ -136,6 +145,9 @@ impl<'a> Checker<'a> {
             defining: None,
             preceding_args: &[],
             bare_literals: HashSet::new(),
+            measuring: None,
+            wanted: Vec::new(),
+            measured_values: Vec::new(),
             diagnostics: Vec::new(),
             reported: HashSet::new(),
             nodes: 0,
@@ -334,6 +346,7 @@ pub(super) fn known(mut expr: Expr) -> Expr {
     match expr.ty {
         Type::Int(Some(k)) => expr.kind = ExprKind::Int(k),
         Type::Bool(Some(b)) => expr.kind = ExprKind::Bool(b),
+        Type::Text(Some(ref text)) => expr.kind = ExprKind::Text(text.to_string()),
         _ => {}
     }
     expr

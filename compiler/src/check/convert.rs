@@ -59,6 +59,7 @@ impl<'a> Checker<'a> {
             (Type::Int(_), Type::Int(_)) => Type::INT,
             (Type::Bool(_), Type::Bool(_)) => Type::BOOL,
             (Type::Range(..), Type::Range(..)) => Type::Range(None, None),
+            (Type::Text(_), Type::Text(_)) => Type::Text(None),
             (Type::Int(_), Type::Real(d)) | (Type::Real(d), Type::Int(_)) => {
                 (d.is_none() || d.angle).then_some(Type::REAL)?
             }

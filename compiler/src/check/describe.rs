@@ -12,7 +12,7 @@ impl Checker<'_> {
             Type::Real(dimension) => dimension.to_string(),
             Type::Int(_) => "a whole number".to_owned(),
             Type::Bool(_) => "a truth value".to_owned(),
-            Type::Text => "a text".to_owned(),
+            Type::Text(_) => "a text".to_owned(),
             Type::Range(..) => "a range".to_owned(),
             Type::Tuple(types) => self.describe_tuple(types),
             Type::Array(_, 0) => "an empty array".to_owned(),

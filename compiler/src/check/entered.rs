@@ -163,7 +163,7 @@ impl Request<'_> {
             return Err(sorted(checker.into_diagnostics()));
         }
         let lines = segment.lines.iter().zip(&locals);
-        let values = lines.map(|(entered, local)| Some(checker.asked((*local)?, entered.span, &model.body))).collect();
+        let values = lines.map(|(entered, local)| Some(checker.asked((*local)?, entered.span))).collect();
         let mut locals: HashSet<LocalId> = locals.into_iter().flatten().collect();
         let needed = typed::needed_lets(typed::lets(&model.body), &mut locals);
         model.body = needed.into_iter().map(|(local, e)| Statement::Let(local, e.clone())).collect();
@@ -249,7 +249,7 @@ impl<'a> Checker<'a> {
         }
     }
 
-    fn asked(&mut self, local: LocalId, span: Span, body: &[Statement]) -> Asked {
+    fn asked(&mut self, local: LocalId, span: Span) -> Asked {
         let ty = self.locals[local.0 as usize].ty.clone();
         let words = self.describe(&ty);
         let mut ids = Vec::new();
@@ -258,30 +258,8 @@ impl<'a> Checker<'a> {
             false
         });
         let functions = ids.into_iter().map(|id| (id, self.signature(id))).collect();
-        let text = (ty == Type::Text).then(|| self.text_of(local, body)).flatten();
+        let text = if let Type::Text(Some(text)) = &ty { Some(text.to_string()) } else { None };
         Asked { local, ty, words, text, functions, span }
-    }
-
-    /// A text's characters, where they can be followed to where they are written.
-    fn text_of(&self, local: LocalId, body: &[Statement]) -> Option<String> {
-        let bound = |id: LocalId| {
-            body.iter().find_map(|s| match s {
-                Statement::Let(l, e) if *l == id => Some(e),
-                _ => None,
-            })
-        };
-        let mut e = bound(local)?;
-        // Every step goes to something bound earlier; the count only makes that plain.
-        for _ in 0..1000 {
-            e = match &e.kind {
-                ExprKind::Text(text) => return Some(text.clone()),
-                ExprKind::Local(id) => bound(*id)?,
-                ExprKind::Call(call) if call.args.is_empty() => &self.function(call.function)?.body,
-                ExprKind::Block(_, value) => value,
-                _ => return None,
-            };
-        }
-        None
     }
 }
 

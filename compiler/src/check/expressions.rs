@@ -39,7 +39,9 @@ impl<'a> Checker<'a> {
                 number(*value, *unit, span)
             }
             K::Bool(value) => boolean(*value, span),
-            K::Text(text) => Expr { kind: ExprKind::Text(text.clone()), ty: Type::Text, span },
+            K::Text(text) => {
+                Expr { kind: ExprKind::Text(text.clone()), ty: Type::Text(Some(text.as_str().into())), span }
+            }
             K::Name(name) => self.name(name, span),
             K::Tuple(items) => self.tuple(items, span),
             K::Array(items) => {

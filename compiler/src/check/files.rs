@@ -1,5 +1,6 @@
 //! Files: the main one, those that it uses, and the modules of the standard library whose names occur.
 
+use super::fonts::{self, Fonts};
 use super::free;
 use super::modules::Seen;
 use super::stdlib::{self, MODULES};
@@ -21,6 +22,8 @@ pub(crate) struct Loaded {
     /// Shared with other compilations where it is the library's.
     pub(crate) ast: Arc<File>,
     pub(crate) uses: Vec<(usize, Option<usize>)>,
+    /// The fonts that it names, or why they cannot be read.
+    pub(crate) fonts: Fonts,
     /// In a text entered into a session: the statements in the scope of the session's model.
     pub(crate) inner: Vec<Item>,
     /// In such a text: the names of the texts before it.
@@ -121,6 +124,7 @@ impl Reader<'_> {
         for index in std {
             self.std_module(index);
         }
+        self.read_fonts(id);
         let uses: Vec<(usize, UsePath)> = self.files.loaded[id]
             .ast
             .items
@@ -137,6 +141,21 @@ impl Reader<'_> {
                 UsePath::File(path, span) => self.use_file(id, path, *span),
             };
             self.files.loaded[id].uses.push((item, target));
+        }
+    }
+
+    /// Reads the fonts that a file names.
+    fn read_fonts(&mut self, id: usize) {
+        let file = &self.files.loaded[id];
+        let named = [&file.ast.items, &file.inner].into_iter().flat_map(|items| fonts::named_in(items));
+        let named: Vec<String> = named.map(str::to_owned).collect();
+        for path in named {
+            let read = self.loader.load_font(&path, &self.files.loaded[id].name).map(|font| {
+                let bytes = font.bytes.clone();
+                self.sources.add_font(font);
+                bytes
+            });
+            self.files.loaded[id].fonts.insert(path, read);
         }
     }
 

@@ -50,9 +50,10 @@ pub(super) fn meaning(name: &str) -> Option<Foreign> {
             Hint("a script cannot print; use `gmlc repl` to see the values of expressions")
         }
         "cube" => Hint("the surfaces are in std.surface; a box is made of parts"),
-        "union" | "difference" | "intersection" => {
-            Hint("solids, as those of std.solid, are joined and cut by operators: a + b, a - b, a & b")
-        }
+        "union" | "difference" | "intersection" => Hint(
+            "solids, as those of std.solid, are joined and cut by operators: a + b, a - b, a & b; arrays of them by \
+             `union` and `intersection` of std.solid",
+        ),
         "hull" | "minkowski" => Hint("solids, as those of std.solid, are only joined and cut: a + b, a - b, a & b"),
         "linear_extrude" => Name("extrude"),
         _ => return None,

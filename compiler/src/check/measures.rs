@@ -2,7 +2,9 @@
 
 use super::annotations::Expected;
 use super::context::{Checker, error};
+use super::figures::Measuring;
 use super::model::{Body, Entry};
+use super::parts::is_under;
 use super::typed::{self, Expr, ExprKind, LocalId, Measure, Param, Part, Statement, Type, Unary};
 use super::types::Dimension;
 use crate::diagnostic::{Code, Diagnostic, Edit};
@@ -30,11 +32,25 @@ pub(super) struct Measured<'a> {
 impl<'a> Checker<'a> {
     /// Checks a measure, and binds its name to its value.
     pub(super) fn measure(&mut self, decl: &'a MeasureDecl, item: &'a Item, body: &mut Body<'a>) {
+        let measuring = Measuring {
+            reported: body.is_main,
+            in_loop: body.loops > 0,
+            of_parts: false,
+            calls: self.call_stack.len(),
+        };
+        let outer = self.measuring.replace(measuring);
         let value = self.expr(&decl.value);
+        let of_parts = self.measuring.is_some_and(|measuring| measuring.of_parts);
+        self.measuring = outer;
         let (value, dimension) = self.measured_number(value);
         let limits = decl.tolerance.as_ref().and_then(|tolerance| self.limits(tolerance, dimension));
-        self.bind_name(&decl.name, value, &mut body.statements);
-        let value = Expr { span: decl.value.span, ..self.name(&decl.name.text, decl.name.span) };
+        let value = if of_parts {
+            self.bind_measured(&decl.name, value.clone());
+            value
+        } else {
+            self.bind_name(&decl.name, value, &mut body.statements);
+            Expr { span: decl.value.span, ..self.name(&decl.name.text, decl.name.span) }
+        };
         let parts = decl.parts.iter().map(|part| (body.name_of_part(part), part.span)).collect();
         let (doc, span, grouped) = (item.doc.as_str(), item.span, body.loops > 0);
         let before = body.entries.len();
@@ -122,9 +138,7 @@ impl<'a> Checker<'a> {
             if parts.iter().any(|p| p.name == *name) {
                 continue;
             }
-            let within =
-                |p: &&Part| p.name.strip_prefix(name.as_str()).is_some_and(|rest| rest.starts_with(['.', '[']));
-            self.report(match parts.iter().find(within) {
+            self.report(match parts.iter().find(|p| is_under(&p.name, name)) {
                 Some(first) => {
                     Diagnostic::new(Code::UnknownName, *span, format!("'{name}' is several parts: name one of them"))
                         .did_you_mean(*span, &first.name)

@@ -38,6 +38,8 @@ pub(super) struct Body<'a> {
     pub(super) declared: Vec<&'a ast::Ident>,
     /// Parts that have the name of a parameter or an input: the part's local, and both names.
     hiding: Vec<(LocalId, &'a ast::Ident, &'a ast::Ident)>,
+    /// Whether it is that of the main model, whose measures are reported.
+    pub(super) is_main: bool,
     /// The number of loops and of conditions around the items at hand.
     pub(super) loops: usize,
     conditions: usize,
@@ -93,13 +95,14 @@ impl<'a> Checker<'a> {
 
     /// The main model, whose parameters are free.
     pub(super) fn main_model(&mut self, decl: &'a ast::Model, inputs: &BTreeMap<String, InputValue>) -> Model {
-        let mut body = Body::default();
+        let mut body = Body { is_main: true, ..Body::default() };
         self.items_of_model(&decl.items, &mut body, Source::Main(inputs), &mut Vec::new());
         self.unknown_inputs(decl, inputs);
         self.hidden_parameters(&body);
         self.names_of_measures(&body);
         let parts = self.parts(&body.entries);
         self.parts_of_measures(&body.measures, &parts);
+        let figures = self.figures(&parts);
         let failed = self.has_errors();
         if body.entries.is_empty() && !failed {
             let message = format!("the model '{}' has no parts", decl.name.text);
@@ -118,6 +121,7 @@ impl<'a> Checker<'a> {
             inputs: body.inputs,
             body: body.statements,
             parts,
+            figures,
             ..Model::default()
         };
         let failed = self.has_errors();

@@ -1,6 +1,7 @@
 //! The names of files: what each defines, and what its `use`s bring.
 
 use super::files::Loaded;
+use super::fonts::Fonts;
 use super::stdlib::{self, MODULES};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::source::Span;
@@ -34,6 +35,8 @@ pub(crate) struct Module<'a> {
     /// Names that a `use` should have brought, whose module could not be had, or that a statement which could not be
     /// read may declare.
     pub(super) broken: HashSet<&'a str>,
+    /// The fonts that it names, or why they cannot be read.
+    pub(super) fonts: Option<&'a Fonts>,
     /// Its statements in the scope of a session's model.
     pub(super) inner: &'a [Item],
     /// The names that were entered into a session before it.
@@ -98,6 +101,7 @@ pub(crate) fn index(loaded: &[Loaded]) -> (Vec<Module<'_>>, Vec<Diagnostic>) {
                 std: file.std,
                 items: &file.ast.items,
                 inner: &file.inner,
+                fonts: Some(&file.fonts),
                 seen: Some(&file.seen),
                 earlier: file.earlier,
                 ..Module::default()

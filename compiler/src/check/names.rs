@@ -103,6 +103,7 @@ impl<'a> Checker<'a> {
     fn bound(&mut self, binding: Binding, span: Span) -> Expr {
         match binding {
             Binding::Local(id) => self.read(id, span),
+            Binding::Measured(index) => self.measured_value(index, span),
             Binding::Itself(closure, first) => {
                 let count = self.closure(closure).captures.len() as u32;
                 let captures = (first.0..first.0 + count).map(|i| self.read(super::typed::LocalId(i), span)).collect();

@@ -37,6 +37,9 @@ impl<'a> Checker<'a> {
         {
             return self.combine(operation, a, b, span);
         }
+        if let (BinaryOp::Add, Type::Text(first), Type::Text(second)) = (op, &a.ty, &b.ty) {
+            return self.joined_texts(first.as_deref(), second.as_deref(), span);
+        }
         match op {
             BinaryOp::Add | BinaryOp::Sub => self.sum(op, a, b, span),
             BinaryOp::Mul => self.product(a, b, span),
@@ -46,6 +49,16 @@ impl<'a> Checker<'a> {
             BinaryOp::Compare(op) => self.compare(op, a, b, span),
             BinaryOp::And | BinaryOp::Or | BinaryOp::Common => error(span),
         }
+    }
+
+    /// Two texts, one after the other.
+    fn joined_texts(&mut self, first: Option<&str>, second: Option<&str>, span: Span) -> Expr {
+        let joined = first.zip(second).map(|(first, second)| format!("{first}{second}"));
+        if !self.use_fuel(joined.as_ref().map_or(0, String::len), span) {
+            return error(span);
+        }
+        let ty = Type::Text(joined.as_deref().map(Into::into));
+        Expr { kind: ExprKind::Text(joined.unwrap_or_default()), ty, span }
     }
 
     pub(super) fn negate(&mut self, e: Expr, span: Span) -> Expr {

@@ -140,3 +140,8 @@ impl<'a> Checker<'a> {
         }
     }
 }
+
+/// Whether the name of a part begins with a path that several parts have: `plate.hole[0]` and `plate.hole`.
+pub(super) fn is_under(name: &str, path: &str) -> bool {
+    name.strip_prefix(path).is_some_and(|rest| rest.starts_with(['.', '[']))
+}

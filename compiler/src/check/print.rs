@@ -258,7 +258,7 @@ impl Printer<'_> {
             Type::Int(Some(k)) => format!("int = {k}"),
             Type::Bool(None) => "bool".to_owned(),
             Type::Bool(Some(b)) => format!("bool = {b}"),
-            Type::Text => "text".to_owned(),
+            Type::Text(_) => "text".to_owned(),
             Type::Range(..) => "range".to_owned(),
             Type::Tuple(types) => match types.iter().map(|t| self.ty(t)).collect::<Vec<_>>() {
                 parts if parts.len() > 3 && parts.iter().all(|p| *p == parts[0]) => {

@@ -110,7 +110,7 @@ pub(crate) fn written_type(ty: &Type) -> String {
         Type::Real(d) => written_dimension(*d),
         Type::Int(_) => "int".to_owned(),
         Type::Bool(_) => "bool".to_owned(),
-        Type::Text => "text".to_owned(),
+        Type::Text(_) => "text".to_owned(),
         Type::Range(..) => "range".to_owned(),
         Type::Tuple(types) => match (types.len(), types.first()) {
             (n @ 2..=3, Some(first)) if types.iter().all(|t| t == first) && *first == Type::LENGTH => {

@@ -13,6 +13,9 @@ use std::sync::Arc;
 /// The name of a solid's first field, its function of points: none that a script can write.
 pub(super) const INSIDE: &str = "";
 
+/// The only name of a solid that the library makes of an array of others: its surfaces are an array of theirs.
+const ELEMENTS: &str = "at";
+
 /// The module of the library with the functions below.
 const MODULE: &str = "std.solid";
 
@@ -200,7 +203,7 @@ impl<'a> Checker<'a> {
                 "a record of surfaces becomes a solid by a function that is negative inside: solid(surfaces, |p| ...)",
             ),
             Type::Closure(id) if self.accepts(*id, 2) => diagnostic
-                .hint("a surface alone has no inside; the models of std.solid are solids: ball, box, prism, ..."),
+                .hint("a surface alone has no inside; the models of std.solid are solids: ball, box, extruded, ..."),
             _ => diagnostic,
         }
     }
@@ -235,7 +238,7 @@ impl<'a> Checker<'a> {
     fn group(&mut self, name: Arc<str>, value: Expr, statements: &mut Vec<Statement>) -> Option<Operand> {
         let span = value.span;
         let value = match value.ty.clone() {
-            Type::Array(ty, _) if is_solid(&ty) => self.call_library("_united", vec![value], span),
+            Type::Array(ty, _) if is_solid(&ty) => self.call_library("union", vec![value], span),
             Type::Array(..) | Type::Tuple(_) => {
                 let items = self.items("for", value, statements)?;
                 let named = items.into_iter().enumerate().map(|(i, item)| (format!("{i}").into(), item));
@@ -251,8 +254,8 @@ impl<'a> Checker<'a> {
         let Type::Record(fields) = value.ty.clone() else { return None };
         let whole = self.keep(value, statements);
         let inside = self.keep(element(whole.clone(), 0), statements);
-        // An array of solids comes back as one of their surfaces, under one name.
-        let surfaces = if fields.len() == 2 && &*fields[1].0 == "surfaces" {
+        // The surfaces of an array of solids, as `union` and `separate` have them, are those of the name.
+        let surfaces = if fields.len() == 2 && &*fields[1].0 == ELEMENTS {
             element(whole, 1)
         } else {
             let named = fields.iter().enumerate().skip(1);

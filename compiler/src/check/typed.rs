@@ -9,7 +9,7 @@
 
 pub use super::types::{ClosureId, Dimension, Type};
 pub use crate::operators::{Binary, Compare, Unary};
-use crate::parameters::{Input, Parameter};
+use crate::parameters::{Input, Parameter, PartFigure};
 use crate::source::Span;
 use std::collections::{BTreeMap, HashSet};
 use std::hash::BuildHasher;
@@ -43,6 +43,8 @@ pub struct Model {
     pub parts: Vec<Part>,
     /// The measures, in order.
     pub measures: Vec<Measure>,
+    /// The figures of parts that they use.
+    pub figures: Vec<TakenFigure>,
 }
 
 /// A local.
@@ -148,6 +150,15 @@ pub struct Measure {
     pub limits: Option<[Expr; 2]>,
     /// The place of its declaration.
     pub span: Span,
+}
+
+/// A figure of parts, which measures use.
+#[derive(Clone, Debug)]
+pub struct TakenFigure {
+    /// The figure.
+    pub declared: PartFigure,
+    /// Its value, a real, bound from outside; only the values of measures use it.
+    pub local: LocalId,
 }
 
 /// A statement.

@@ -151,8 +151,8 @@ impl fmt::Display for Dimension {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct ClosureId(pub u32);
 
-/// The type of a value. Ints and bools that are known while compiling carry their value in the type; it plays no
-/// role in how the value is represented.
+/// The type of a value. Ints, bools and texts that are known while compiling carry their value in the type; it plays
+/// no role in how the value is represented.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum Type {
     /// The type of an expression with an error that was reported; compatible with every type. Never in a finished tree.
@@ -163,8 +163,8 @@ pub enum Type {
     Int(Option<i64>),
     /// A truth value likewise.
     Bool(Option<bool>),
-    /// A text; it has no representation.
-    Text,
+    /// A text, where it is known; it has no representation.
+    Text(Option<Arc<str>>),
     /// `a..b` of ints: two ints.
     Range(Option<i64>, Option<i64>),
     /// Components in order. Vectors and points are tuples of reals; arrays of functions that differ are tuples too.
@@ -258,6 +258,7 @@ impl Type {
                 Type::Int(_) => Type::INT,
                 Type::Bool(_) => Type::BOOL,
                 Type::Range(..) => Type::Range(None, None),
+                Type::Text(_) => Type::Text(None),
                 other => other.clone(),
             })
         };

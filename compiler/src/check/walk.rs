@@ -1,6 +1,6 @@
 //! Walks over syntax trees that know which names are bound where.
 
-use crate::syntax::ast::{DerivativeDecl, Expr, ExprKind, FnParam, Ident, Item, ItemKind, Pattern, Tolerance};
+use crate::syntax::ast::{Arg, DerivativeDecl, Expr, ExprKind, FnParam, Ident, Item, ItemKind, Pattern, Tolerance};
 
 /// How a name is bound.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -21,6 +21,8 @@ pub(super) trait Scope<'a> {
     fn used(&mut self, name: &'a str);
     /// A name is bound from here on.
     fn bind(&mut self, name: &'a Ident, binder: Binder);
+    /// A function is called by that name, as `name(args)` (0) or as `receiver.name(args)` (1 argument before them).
+    fn called(&mut self, _name: &'a str, _args: &'a [Arg], _before: usize) {}
     /// The number of names that are bound at present.
     fn len(&self) -> usize;
     /// All names but the first `len` go out of scope.
@@ -132,12 +134,16 @@ impl<'a, S: Scope<'a>> Walk<S> {
                 self.expr(b);
             }
             ExprKind::Call(f, args) => {
+                if let ExprKind::Name(name) = &f.kind {
+                    self.0.called(name, args, 0);
+                }
                 self.expr(f);
                 self.exprs(args.iter().map(|a| &a.value));
             }
             ExprKind::Method(receiver, name, args) => {
                 self.expr(receiver);
                 self.0.used(&name.text);
+                self.0.called(&name.text, args, 1);
                 self.exprs(args.iter().map(|a| &a.value));
             }
             ExprKind::Lambda(params, body) => self.function(params, body),

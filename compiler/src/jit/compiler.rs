@@ -122,10 +122,12 @@ pub(super) struct Compiler<'m> {
 /// Nodes that one [`Compiler`] lowers, bodies counted wherever they are lowered in place: seconds of work.
 const MAX_NODES: usize = 1_000_000;
 
-/// Instructions, and calls times instructions, of one function of Cranelift up to which it is optimised: the register
-/// allocator looks at every value that lives over a call for every call. At this many it takes about a tenth of a
-/// second.
-const MOST_INSTRUCTIONS: usize = 50_000;
+/// Instructions, and calls times instructions, of one function of Cranelift up to which it is optimised. The time that
+/// the register allocator takes grows with the square of both where many values live at once, as in the derivatives of
+/// the least of a hundred lengths: at 8,000 instructions it is some 0.2 s, and a model may have hundreds of such
+/// functions. (The largest kernel of an example has as many as this.) Code that is not optimised takes up to twice as
+/// long to run. For every call the allocator looks at every value that lives over it.
+const MOST_INSTRUCTIONS: usize = 2_000;
 const MOST_CALLS_BY_INSTRUCTIONS: usize = 5_000_000;
 
 impl<'m> Compiler<'m> {

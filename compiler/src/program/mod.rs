@@ -37,7 +37,7 @@ pub use sites::{Order, Sites};
 pub use text::EmitStage;
 
 pub use crate::jit::{Limits, Trap};
-pub use crate::parameters::{Input, Measure, Parameter, Part, Quantity};
+pub use crate::parameters::{Figure, Input, Measure, Parameter, Part, PartFigure, Quantity};
 
 pub(crate) use compile::build_model;
 pub(crate) use constants::constants;
@@ -57,6 +57,8 @@ pub struct Program {
     /// The parts, and behind them the functions of where the trimmed ones are there.
     patches: Vec<Part>,
     measures: Vec<Measure>,
+    /// The figures of parts that the measures use.
+    figures: Vec<PartFigure>,
     sources: Sources,
     typed: typed::Model,
     functions: ModelFunctions,

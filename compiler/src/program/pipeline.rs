@@ -95,6 +95,7 @@ pub(super) fn build(
     Ok(Program {
         patches,
         measures: measures.collect(),
+        figures: typed.figures.iter().map(|taken| taken.declared.clone()).collect(),
         parameters,
         sources: sources.clone(),
         typed,

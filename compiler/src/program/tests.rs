@@ -239,7 +239,7 @@ fn measures_have_values_derivatives_and_limits() {
     assert_eq!(declared, expected);
     assert_eq!(program.measures()[0].doc, "Across.");
     let (r, h, turned) = (21.0f64, 47.0f64, 0.4f64);
-    let at = |k: usize, x: &[f64]| program.measure(k, x).expect("it can be computed");
+    let at = |k: usize, x: &[f64]| program.measure(k, x, &[]).expect("it can be computed");
     let values: Vec<f64> = (0..expected.len()).map(|k| at(k, &[r, h, turned])).collect();
     let volume = std::f64::consts::PI * r * r * h;
     let formulas = [
@@ -259,7 +259,7 @@ fn measures_have_values_derivatives_and_limits() {
     }
     for x in [[21.0, 47.0, 0.4], [60.0, 33.0, -1.0]] {
         for (k, (name, _)) in expected.iter().enumerate() {
-            let (value, gradient) = (at(k, &x), program.measure_gradient(k, &x).expect("it has one"));
+            let (value, gradient) = (at(k, &x), program.measure_gradient(k, &x, &[]).expect("it has one"));
             for (i, slope) in gradient.iter().enumerate() {
                 let step = 1e-5 * x[i].abs();
                 let [above, below] = [step, -step].map(|by| {
@@ -273,7 +273,7 @@ fn measures_have_values_derivatives_and_limits() {
             }
         }
     }
-    assert_eq!(program.measure_gradient(0, &[r, h, turned]), Ok(vec![2.0, 0.0, 0.0]));
+    assert_eq!(program.measure_gradient(0, &[r, h, turned], &[]), Ok(vec![2.0, 0.0, 0.0]));
     let limits: Vec<_> = (0..3).map(|k| program.measure_limits(k, &[r, h, turned])).collect();
     assert_eq!(limits, [Ok(Some([-0.1, 0.2])), Ok(Some([-0.47, 0.47])), Ok(None)]);
 }
@@ -282,17 +282,17 @@ fn measures_have_values_derivatives_and_limits() {
 #[test]
 fn measures_that_cannot_be_computed_say_why() {
     let program = program(MEASURED);
-    let error = |k: usize, x: &[f64]| program.measure(k, x).unwrap_err().message;
+    let error = |k: usize, x: &[f64]| program.measure(k, x, &[]).unwrap_err().message;
     let last = program.measures().len() - 1;
     assert_eq!(
         error(last, &[19.0, 50.0, 0.0]),
         "test.gml:19:3: the measure 'root' cannot be computed: its value is not finite (where r = 19mm, h = 50mm, turned = 0deg)"
     );
     // The value may exist where the derivative does not.
-    assert_eq!(program.measure(last, &[20.0, 50.0, 0.0]), Ok(0.0));
-    let none = program.measure_gradient(last, &[20.0, 50.0, 0.0]).unwrap_err().message;
+    assert_eq!(program.measure(last, &[20.0, 50.0, 0.0], &[]), Ok(0.0));
+    let none = program.measure_gradient(last, &[20.0, 50.0, 0.0], &[]).unwrap_err().message;
     assert!(none.contains("derivative"), "{none}");
-    assert!(program.measure(0, &[19.0, 50.0, 0.0]).is_ok());
+    assert!(program.measure(0, &[19.0, 50.0, 0.0], &[]).is_ok());
     let error = program.measure_limits(1, &[20.0, -1.0, 0.0]).unwrap_err();
     assert!(error.message.contains("its tolerance leaves nothing"), "{}", error.message);
 }

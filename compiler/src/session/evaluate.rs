@@ -112,7 +112,7 @@ fn data(model: &typed::Model, asked: &Asked, ty: &Type, scalars: &mut dyn Iterat
         },
         Type::Int(_) => Data::Int(next().map_or(0, int)),
         Type::Bool(_) => Data::Bool(next() == Some(Scalar::Bool(true))),
-        Type::Text | Type::Error => Data::Text(asked.text.clone()),
+        Type::Text(_) | Type::Error => Data::Text(asked.text.clone()),
         Type::Range(..) => {
             let (from, to) = (next().map_or(0, int), next().map_or(0, int));
             Data::Range(from, to)

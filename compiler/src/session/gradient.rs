@@ -105,7 +105,7 @@ fn numbers_of(ty: &Type) -> Option<Vec<Dimension>> {
         Type::Real(d) => vec![*d],
         Type::Int(_) | Type::Bool(_) => vec![Dimension::NONE],
         Type::Range(..) => vec![Dimension::NONE; 2],
-        Type::Text | Type::Error => Vec::new(),
+        Type::Text(_) | Type::Error => Vec::new(),
         Type::Tuple(types) => flatten(types.iter().map(numbers_of))?,
         Type::Array(t, n) => flatten((0..*n).map(|_| numbers_of(t)))?,
         Type::Record(fields) => flatten(fields.iter().map(|(_, t)| numbers_of(t)))?,

@@ -58,9 +58,17 @@ model library {
   part lofted = loft([spatial(circle(a)), |t| (b * cos(t * 1turn), b * sin(t * 1turn), a), |t| (bend + a * cos(t * 1turn), a * sin(t * 1turn), 2 * a)])
   part threads = [helical(a, 4 * a, b, |t| bend * sin(t * 1turn)), metric_thread(2 * a, b / 2, 3 * b),
     trapezoidal_thread(2 * a, b / 2, 3 * b, internal: true, left: true)]
+  part rod_with_thread = threaded_rod(2 * a, b / 2, 3 * b)
+  part outlines = {a: extruded([(0mm, 0mm), (a, bend), (b, a)], b), b: revolved([(0mm, 0mm), (a, b), (b, 2 * a), (0mm, 3 * a)])}
+  part edges = {a: cove(b, a), b: cove_ring(a, b * k), c: cove_ring(a, b * k, inward: true), d: bevel(b, a),
+    e: bevel_ring(a, b * k), f: bevel_ring(a, b * k, inward: true)}
   part gear = spur_gear(18, b / 2, a, b, shift: k / 4)
   let pinion = gear_tooth(24, b, shift: k / 3)
   part tooth = [extrude(pinion.left, a), extrude(pinion.right_root, a)]
+  part hollow = shell(capped_cylinder(radius: a, height: b * 4), b * k / 2)
+  let stem = capped_cylinder(radius: a, height: 60mm)
+  part rolled = rolling_fillet(stem.wall, stem, half_space(at: (0mm, 0mm, 20mm), normal: (0, k, 1)), b * k)
+  part handle = rooted(tube(arc((bend, 0mm), a * 4, -30deg, 180deg + turn), radius: b), half_space(), b * k)
   part sheet = thicken(torus(a, b * k), b * k / 3, around: true)
 
   // Surfaces that are moved.

@@ -104,7 +104,7 @@ fn the_model_of_the_library_is_complete() {
     let model = read("tests/models/library.gml");
     let modules = [
         "curve", "surface", "sweep", "patch", "spline", "offset", "path", "polyline", "repeat", "frame", "thread",
-        "gear",
+        "gear", "edge", "fillet",
     ];
     for module in modules {
         let text = read(&format!("../stdlib/{module}.gml"));

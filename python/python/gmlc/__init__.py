@@ -22,7 +22,7 @@ from ._fit import Fit, Parameter, deviations, fit, inspect, Deviations, Inspecti
 from ._gmlc import Error, FitError, Interrupted, ScriptError, UsageError
 from ._gmlc import VERSION as __version__
 from ._many import Outcome, fit_many
-from ._model import At, Model
+from ._model import At, Mesh, Model
 from ._scans import Scan, read_scan, scan
 
 __all__ = [
@@ -33,6 +33,7 @@ __all__ = [
     "FitError",
     "Inspection",
     "Interrupted",
+    "Mesh",
     "Model",
     "Outcome",
     "Parameter",

@@ -13,7 +13,8 @@ mod sampled;
 #[cfg(test)]
 mod tests;
 
-pub use body::{Body, NoVolume};
+pub use crate::figures::NoVolume;
+pub use body::Body;
 pub use difference::{Difference, DifferenceStatistics, PartDifference};
 pub use explained::{Contribution, ExplainedDifference, PartExplained};
 pub use parameters::{JointTest, ParameterDifference, Stated, StatedCovariance, States};

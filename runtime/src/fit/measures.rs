@@ -2,6 +2,7 @@
 
 use super::options::FitOptions;
 use super::result::{FitResult, FittedParameter, WithoutSd};
+use crate::figures::measured;
 use crate::model::Model;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -66,21 +67,23 @@ impl FitResult {
     pub fn measured(&self, model: &dyn Model, nominal: &[f64]) -> Vec<FittedMeasure> {
         let x: Vec<f64> = self.parameters.iter().map(|p| p.value).collect();
         let measures = model.measures().iter().enumerate();
+        let values = measured(model, nominal).into_iter().zip(measured(model, &x));
         measures
-            .map(|(k, declared)| {
+            .zip(values)
+            .map(|((k, declared), (at_nominal, at_fit))| {
                 let mut measure = FittedMeasure {
                     name: declared.name.clone(),
                     unit: declared.unit.clone(),
-                    nominal: model.measure(k, nominal).ok(),
+                    nominal: at_nominal.ok().map(|measured| measured.value),
                     ..FittedMeasure::default()
                 };
                 match model.measure_limits(k, nominal) {
                     Ok(limits) => measure.tolerance = limits.map(|[lower, upper]| AllowedDeviation { lower, upper }),
                     Err(error) => measure.without_sd = Some(error.message),
                 }
-                let computed = model.measure(k, &x).and_then(|value| {
-                    measure.value = Some(value);
-                    self.add_deviation(&mut measure, &model.measure_gradient(k, &x)?);
+                let computed = at_fit.and_then(|measured| {
+                    measure.value = Some(measured.value);
+                    self.add_deviation(&mut measure, &measured.gradient?);
                     Ok(())
                 });
                 if let Err(error) = computed {

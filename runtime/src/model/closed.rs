@@ -1,12 +1,12 @@
 //! Whether the parts of a model enclose something: how their borders meet.
 
 use super::breaks::Breaks;
+use super::joints::{Joints, joined};
 use super::tessellation::borders::Borders;
 use super::tessellation::intervals;
 use super::winding::solid_angle;
 use super::{EvaluationError, Fineness, Instance, Model, Tessellation};
 use crate::mesh::{TriangleMesh, tetrahedron};
-use std::collections::HashMap;
 use std::f64::consts::PI;
 
 /// How the borders of a model's parts meet.
@@ -21,6 +21,8 @@ pub struct Closedness {
     pub inverted: Vec<usize>,
     /// Nothing is left of the model: all of its parts are trimmed away.
     pub is_empty: bool,
+    /// Parts (patches) of which nothing is left, of a model with trimmed ones.
+    pub gone: Vec<usize>,
 }
 
 /// A piece of border that no other border coincides with.
@@ -28,10 +30,25 @@ pub struct Closedness {
 pub struct OpenBorder {
     /// The patch.
     pub patch: usize,
-    /// Where it is: `u = 0`, `u = 1`, `v = 0`, `v = 1`, or where the surface jumps.
+    /// Where it is: `u = 0`, `u = 1`, `v = 0`, `v = 1`, where the surface jumps, or where no other part meets it.
     pub side: String,
     /// Its length. Millimetres.
     pub length: f64,
+    /// The middle of the longest of its pieces, of a model with trimmed parts. Millimetres.
+    pub at: Option<[f64; 3]>,
+    /// The patch of an open border beside it: between the two is a gap.
+    pub beside: Option<usize>,
+    /// Whether both surfaces have the same tangent plane there: they touch, and which of them is seen is decided by
+    /// rounding.
+    pub touches: bool,
+}
+
+impl OpenBorder {
+    /// The open borders of a mesh with normals whose groups are patches.
+    #[must_use]
+    pub fn of_mesh(mesh: &TriangleMesh) -> Vec<Self> {
+        joined(mesh).1
+    }
 }
 
 /// Chord of the triangles whose volume's sign is asked for, as a fraction of the model's diagonal.
@@ -39,6 +56,9 @@ const CHORD: f64 = 0.01;
 
 /// The same of models with trimmed parts, whose triangles also say where the edges of parts meet.
 const CHORD_OF_TRIMMED: f64 = 0.001;
+
+/// The same where walls may be thinner than that.
+pub(crate) const CHORD_OF_THIN: f64 = 1e-5;
 
 impl Closedness {
     /// Looks at the borders of all parts.
@@ -53,12 +73,11 @@ impl Closedness {
         let axes = (0..model.parts().len()).map(of_patch).collect::<Result<Vec<_>, _>>()?;
         let borders = Borders::find(instance, &axes)?;
         let open = open_borders(instance, &borders)?;
-        let mut joints = Joints { neighbours: vec![Vec::new(); axes.len()] };
+        let mut joints = Joints::new(axes.len());
         for curve in borders.curves().filter(|curve| curve.len() == 2) {
             let [a, b] = [0, 1].map(|k| &borders.pieces[curve[k]]);
             let agree = a.is_counterclockwise() != b.is_counterclockwise();
-            joints.neighbours[a.patch].push((b.patch, agree));
-            joints.neighbours[b.patch].push((a.patch, agree));
+            joints.add(a.patch, b.patch, agree, 1.0);
         }
         let mesh = || {
             let fineness = Fineness { chord: CHORD * borders.diagonal(), ..Fineness::default() };
@@ -67,14 +86,22 @@ impl Closedness {
         Self::of_joints(&joints, open, mesh)
     }
 
-    /// The same of a model with trimmed parts: by the edges of its triangles.
+    /// The same of a model with trimmed parts: by the edges of its triangles. Those of thin walls may pass through each
+    /// other, so that a body seems to be turned inside out: then finer ones are asked.
     fn of_trimmed(model: &dyn Model, instance: &dyn Instance) -> Result<Self, EvaluationError> {
-        let diagonal = Tessellation::rough_diagonal(model, instance, 8)?;
-        let fineness = Fineness { chord: CHORD_OF_TRIMMED * diagonal, ..Fineness::default() };
-        let mesh = Tessellation::new(model, instance, fineness)?.mesh;
-        let (joints, open) = joined(&mesh);
+        let closedness = Self::of_parts(&Tessellation::relative(model, instance, CHORD_OF_TRIMMED)?.mesh)?;
+        if closedness.inverted.is_empty() {
+            return Ok(closedness);
+        }
+        Self::of_parts(&Tessellation::relative(model, instance, CHORD_OF_THIN)?.mesh)
+    }
+
+    /// The same of some parts alone, by the edges of their triangles.
+    pub(crate) fn of_parts(mesh: &TriangleMesh) -> Result<Self, EvaluationError> {
+        let (joints, open) = joined(mesh);
         let is_empty = mesh.triangles.is_empty();
-        Ok(Self { is_empty, ..Self::of_joints(&joints, open, || Ok(mesh))? })
+        let gone = (0..).zip(&mesh.groups).filter(|(_, group)| group.start == group.end).map(|(patch, _)| patch);
+        Ok(Self { is_empty, gone: gone.collect(), ..Self::of_joints(&joints, open, || Ok(mesh.clone()))? })
     }
 
     /// Which parts are inside out, by how they are joined; `mesh` makes triangles whose volume is asked for.
@@ -129,84 +156,12 @@ fn open_borders(instance: &dyn Instance, borders: &Borders) -> Result<Vec<OpenBo
         if let Some(whole) = open.last_mut().filter(|_| last.is_some_and(follows)) {
             whole.length += length;
         } else {
-            open.push(OpenBorder { patch: piece.patch, side: piece.side.name(), length });
+            let side = piece.side.name();
+            open.push(OpenBorder { patch: piece.patch, side, length, at: None, beside: None, touches: false });
         }
         last = Some(curve[0]);
     }
     Ok(open)
-}
-
-/// How the patches of a mesh meet at the edges of its triangles, and the edges without a neighbour, by patch.
-fn joined(mesh: &TriangleMesh) -> (Joints, Vec<OpenBorder>) {
-    let number = mesh.position_numbers();
-    let mut sides: HashMap<[u32; 2], Vec<(usize, bool)>> = HashMap::new();
-    let mut lengths = HashMap::new();
-    for (patch, group) in mesh.groups.iter().enumerate() {
-        for triangle in &mesh.triangles[group.start..group.end] {
-            let corners = mesh.corners(*triangle);
-            for k in 0..3 {
-                let next = (k + 1) % 3;
-                let [a, b] = [triangle[k], triangle[next]].map(|i| number[i as usize]);
-                if a != b {
-                    let edge = [a.min(b), a.max(b)];
-                    sides.entry(edge).or_default().push((patch, a < b));
-                    lengths.insert(edge, corners[k].distance(corners[next]));
-                }
-            }
-        }
-    }
-    let mut joints = Joints { neighbours: vec![Vec::new(); mesh.groups.len()] };
-    let mut open = vec![0.0; mesh.groups.len()];
-    let mut edges: Vec<_> = sides.into_iter().collect();
-    edges.sort_unstable();
-    for (edge, of_edge) in edges {
-        match of_edge[..] {
-            [(a, forth), (b, back)] if a != b => {
-                joints.neighbours[a].push((b, forth != back));
-                joints.neighbours[b].push((a, forth != back));
-            }
-            [(patch, _)] => open[patch] += lengths[&edge],
-            _ => {}
-        }
-    }
-    joints.neighbours.iter_mut().for_each(|neighbours| {
-        neighbours.sort_unstable();
-        neighbours.dedup();
-    });
-    let open = open.into_iter().enumerate().filter(|(_, length)| *length > 0.0);
-    let side = || "no other part meets it".to_owned();
-    (joints, open.map(|(patch, length)| OpenBorder { patch, side: side(), length }).collect())
-}
-
-/// Patches that have a border in common, and whether their outer sides agree along it.
-struct Joints {
-    neighbours: Vec<Vec<(usize, bool)>>,
-}
-
-impl Joints {
-    /// Patches that are joined, each with whether it is turned against the first one.
-    fn components(&self) -> Vec<Vec<(usize, bool)>> {
-        let mut seen = vec![false; self.neighbours.len()];
-        let mut components = Vec::new();
-        for first in 0..self.neighbours.len() {
-            if std::mem::replace(&mut seen[first], true) {
-                continue;
-            }
-            let mut component = vec![(first, false)];
-            let mut next = 0;
-            while let Some((patch, turned)) = component.get(next).copied() {
-                next += 1;
-                for (neighbour, agree) in &self.neighbours[patch] {
-                    if !std::mem::replace(&mut seen[*neighbour], true) {
-                        // Turned as this one is where they agree.
-                        component.push((*neighbour, turned == *agree));
-                    }
-                }
-            }
-            components.push(component);
-        }
-        components
-    }
 }
 
 /// Of closed bodies, by their patches and whether these are turned against the first one, whether the first one's outer

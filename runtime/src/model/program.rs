@@ -1,7 +1,9 @@
 //! Compiled scripts as models.
 
 use super::surface::{Instance, Model};
-use gml_compiler::program::{self, BoundDerivative, EvaluationError, Measure, Order, Parameter, Part, Program, Sites};
+use gml_compiler::program::{
+    self, BoundDerivative, EvaluationError, Measure, Order, Parameter, Part, PartFigure, Program, Sites,
+};
 
 impl Model for Program {
     fn name(&self) -> &str {
@@ -40,12 +42,24 @@ impl Model for Program {
         Program::measures(self)
     }
 
-    fn measure(&self, measure: usize, x: &[f64]) -> Result<f64, EvaluationError> {
-        Program::measure(self, measure, x)
+    fn figures(&self) -> &[PartFigure] {
+        Program::figures(self)
     }
 
-    fn measure_gradient(&self, measure: usize, x: &[f64]) -> Result<Vec<f64>, EvaluationError> {
-        Program::measure_gradient(self, measure, x)
+    fn figures_of(&self, measure: usize) -> &[u32] {
+        Program::figures_of(self, measure)
+    }
+
+    fn measure(&self, measure: usize, x: &[f64], figures: &[f64]) -> Result<f64, EvaluationError> {
+        Program::measure(self, measure, x, figures)
+    }
+
+    fn measure_gradient(&self, measure: usize, x: &[f64], figures: &[f64]) -> Result<Vec<f64>, EvaluationError> {
+        Program::measure_gradient(self, measure, x, figures)
+    }
+
+    fn wrong_measure(&self, measure: usize, x: &[f64], why: &str) -> EvaluationError {
+        Program::wrong_measure(self, measure, x, why)
     }
 
     fn measure_limits(&self, measure: usize, x: &[f64]) -> Result<Option<[f64; 2]>, EvaluationError> {

@@ -2,7 +2,7 @@
 //! derivatives. `gml_compiler`'s programs implement it; so do the analytic shapes in tests.
 
 use bytemuck::{Pod, Zeroable};
-use gml_compiler::program::{BoundDerivative, EvaluationError, Measure, Order, Parameter, Part, Sites};
+use gml_compiler::program::{BoundDerivative, EvaluationError, Measure, Order, Parameter, Part, PartFigure, Sites};
 
 /// A point of a surface with its first partial derivatives. Millimetres.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
@@ -72,21 +72,34 @@ pub trait Model: Sync {
     fn measures(&self) -> &[Measure] {
         &[]
     }
-    /// The value of a measure at x.
+    /// The figures of parts that the measures take.
+    fn figures(&self) -> &[PartFigure] {
+        &[]
+    }
+    /// The indices of the [`figures`](Self::figures) that a measure takes, ascending.
+    fn figures_of(&self, measure: usize) -> &[u32] {
+        let _ = measure;
+        &[]
+    }
+    /// The value of a measure at x, in millimetres and radians, where the figures that it takes have some values.
     ///
     /// # Errors
     /// If it cannot be computed.
-    fn measure(&self, measure: usize, x: &[f64]) -> Result<f64, EvaluationError> {
-        let _ = x;
+    fn measure(&self, measure: usize, x: &[f64], figures: &[f64]) -> Result<f64, EvaluationError> {
+        let _ = (x, figures);
         Err(EvaluationError::new(format!("there is no measure {measure}")))
     }
-    /// The derivative of a measure by every parameter at x.
+    /// Its derivatives by every parameter, and then by every figure that it takes.
     ///
     /// # Errors
-    /// If it cannot be computed, or does not exist.
-    fn measure_gradient(&self, measure: usize, x: &[f64]) -> Result<Vec<f64>, EvaluationError> {
+    /// If one cannot be computed.
+    fn measure_gradient(&self, measure: usize, x: &[f64], figures: &[f64]) -> Result<Vec<f64>, EvaluationError> {
+        self.measure(measure, x, figures).map(|_| Vec::new())
+    }
+    /// The error of a measure that cannot be computed at x for a reason.
+    fn wrong_measure(&self, measure: usize, x: &[f64], why: &str) -> EvaluationError {
         let _ = x;
-        Err(EvaluationError::new(format!("there is no measure {measure}")))
+        EvaluationError::new(format!("measure {measure}: {why}"))
     }
     /// What the tolerance of a measure allows about its value at x, if it has one: the lower and the upper limit.
     ///
@@ -163,9 +176,14 @@ impl<'a> dyn Instance + 'a {
     /// Whether a part is there at some places, by the patch of its function of that: everywhere if it has none.
     pub fn is_there(&self, keep: Option<usize>, u: &[f64], v: &[f64]) -> Result<Vec<bool>, EvaluationError> {
         let Some(keep) = keep else { return Ok(vec![true; u.len()]) };
+        Ok(self.keeps(keep, u, v)?.into_iter().map(|value| value > 0.0).collect())
+    }
+
+    /// The values of the function of where a part is there, by its patch: positive where it is.
+    pub fn keeps(&self, keep: usize, u: &[f64], v: &[f64]) -> Result<Vec<f64>, EvaluationError> {
         let mut values = vec![[0.0; 3]; u.len()];
         self.points(keep, u, v, &mut values)?;
-        Ok(values.iter().map(|value| value[0] > 0.0).collect())
+        Ok(values.into_iter().map(|value| value[0]).collect())
     }
 
     /// dS/dx over the patch's active parameters: `out[(i * active + a) * 3 + c]` is the derivative of coordinate c of

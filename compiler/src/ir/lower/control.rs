@@ -1,6 +1,7 @@
 //! Branches, loops and indexing.
 
 use super::free::Free;
+use super::need::known_index;
 use super::{Frame, SizeError};
 use crate::check::typed::{Binary, Expr, ExprKind, LocalId, Statement, Type, Unary};
 use crate::ir::scalar::Scalar;
@@ -13,10 +14,10 @@ const CHEAP: usize = 12;
 impl<'m> Frame<'_, 'm> {
     pub(super) fn if_(
         &mut self,
-        expr: &Expr,
-        condition: &Expr,
-        then: &Expr,
-        otherwise: &Expr,
+        expr: &'m Expr,
+        condition: &'m Expr,
+        then: &'m Expr,
+        otherwise: &'m Expr,
     ) -> Result<Vec<Value>, SizeError> {
         let condition = self.scalar(condition)?;
         if let Some(Scalar::Bool(holds)) = self.b.constant(condition) {
@@ -28,7 +29,7 @@ impl<'m> Frame<'_, 'm> {
             self.b.set_span(expr.span);
             return Ok(a.into_iter().zip(b).map(|(a, b)| self.b.select(condition, a, b)).collect());
         }
-        let outer = self.outer_locals(&[then, otherwise], &[]);
+        let outer = self.outer_locals(&[then, otherwise], &[])?;
         let then = self.child("then", &outer.passed, &outer.constants, false).add(then)?;
         let otherwise = self.child("else", &outer.passed, &outer.constants, false).add(otherwise)?;
         self.b.set_span(expr.span);
@@ -36,26 +37,26 @@ impl<'m> Frame<'_, 'm> {
         Ok(self.b.if_(condition, then, otherwise, outer.args, &results))
     }
 
-    pub(super) fn fold(&mut self, expr: &Expr) -> Result<Vec<Value>, SizeError> {
+    pub(super) fn fold(&mut self, expr: &'m Expr) -> Result<Vec<Value>, SizeError> {
         let ExprKind::Fold { from, to, init, index, accumulator, body } = &expr.kind else {
             return self.expr(expr);
         };
         let (from, to, init) = (self.scalar(from)?, self.scalar(to)?, self.expr(init)?);
         self.b.set_span(expr.span);
         let count = self.count(from, to);
-        let OuterLocals { constants, passed, args: invariant } = self.outer_locals(&[body], &[*index, *accumulator]);
+        let OuterLocals { constants, passed, args: invariant } = self.outer_locals(&[body], &[*index, *accumulator])?;
         let start = self.b.constant(from);
         let locals: Vec<LocalId> = [*index, *accumulator].into_iter().chain(passed).collect();
         let mut frame = self.child("fold", &locals, &constants, start.is_none());
         // The loop counts from 0.
-        let i = frame.local(*index)[0];
+        let i = frame.local(*index)?[0];
         frame.index = Some(i);
         let first = match start {
             Some(start) => frame.b.scalar(start),
             None => frame.b.param(frame.b.params().len() - 1),
         };
         let i = frame.b.add(i, first);
-        frame.locals.insert(*index, vec![i]);
+        frame.needs.bind(*index, vec![i]);
         let body = frame.add(body)?;
         let invariant = if start.is_none() { invariant.into_iter().chain([from]).collect() } else { invariant };
         Ok(self.b.loop_(count, body, init, invariant))
@@ -63,7 +64,10 @@ impl<'m> Frame<'_, 'm> {
 
     /// The element of an array at an int that is not known at compile time, by binary search with selections: one
     /// selection an element, at logarithmic depth.
-    pub(super) fn index(&mut self, expr: &Expr, array: &Expr, index: &Expr) -> Result<Vec<Value>, SizeError> {
+    pub(super) fn index(&mut self, expr: &'m Expr, array: &'m Expr, index: &'m Expr) -> Result<Vec<Value>, SizeError> {
+        if let Some(k) = known_index(array, index) {
+            return self.element(array, k);
+        }
         let (values, index) = (self.expr(array)?, self.scalar(index)?);
         self.b.set_span(expr.span);
         let (_, width) = self.lowerer.model.component(&array.ty, 0);
@@ -103,7 +107,7 @@ impl<'m> Frame<'_, 'm> {
         self.b.select(below, low, high)
     }
 
-    fn zeros(&mut self, expr: &Expr) -> Vec<Value> {
+    fn zeros(&mut self, expr: &'m Expr) -> Vec<Value> {
         let types = self.lowerer.model.scalars(&expr.ty);
         let zero = |ty| match ty {
             ir::Type::Int => self.b.int(0),
@@ -114,19 +118,19 @@ impl<'m> Frame<'_, 'm> {
     }
 
     /// The locals that expressions use from outside, but for those that the caller binds.
-    fn outer_locals(&self, exprs: &[&Expr], bound: &[LocalId]) -> OuterLocals {
+    fn outer_locals(&mut self, exprs: &[&Expr], bound: &[LocalId]) -> Result<OuterLocals, SizeError> {
         let mut outer = OuterLocals::default();
         for local in Free::of(exprs, bound) {
-            let values = self.local(local);
+            let values = self.local(local)?;
             match values.iter().map(|v| self.b.constant(*v)).collect::<Option<Vec<Scalar>>>() {
                 Some(scalars) => outer.constants.push((local, scalars)),
                 None => {
                     outer.passed.push(local);
-                    outer.args.extend(values);
+                    outer.args.extend_from_slice(&values);
                 }
             }
         }
-        outer
+        Ok(outer)
     }
 
     /// Starts a function within this one: of the locals' scalars and, if `start`, an int after them.
@@ -134,7 +138,7 @@ impl<'m> Frame<'_, 'm> {
         let mut frame = self.lowerer.frame(name, params, start.then_some("from"));
         for (local, scalars) in constants {
             let values = scalars.iter().map(|s| frame.b.scalar(*s)).collect();
-            frame.locals.insert(*local, values);
+            frame.needs.bind(*local, values);
         }
         frame
     }

@@ -1,25 +1,25 @@
 //! Expressions.
 
 use super::{Frame, SizeError};
-use crate::check::typed::{Call, Expr, ExprKind, LocalId, Statement, Type};
+use crate::check::typed::{Call, Expr, ExprKind, Statement, Type};
 use crate::ir::{Failure, Unary, Value};
 
-impl Frame<'_, '_> {
+impl<'m> Frame<'_, 'm> {
     /// The scalars of an expression's value.
-    pub(super) fn expr(&mut self, expr: &Expr) -> Result<Vec<Value>, SizeError> {
+    pub(super) fn expr(&mut self, expr: &'m Expr) -> Result<Vec<Value>, SizeError> {
         self.check_size(expr.span)?;
         // The tree may be deeper than what a thread's stack has room for.
         stacker::maybe_grow(128 << 10, 2 << 20, || self.kind(expr))
     }
 
-    fn kind(&mut self, expr: &Expr) -> Result<Vec<Value>, SizeError> {
+    fn kind(&mut self, expr: &'m Expr) -> Result<Vec<Value>, SizeError> {
         self.b.set_span(expr.span);
         Ok(match &expr.kind {
             ExprKind::Real(x) => vec![self.b.real(*x)],
             ExprKind::Int(i) => vec![self.b.int(*i)],
             ExprKind::Bool(b) => vec![self.b.bool(*b)],
             ExprKind::Text(_) => Vec::new(),
-            ExprKind::Local(local) => self.local(*local),
+            ExprKind::Local(local) => self.local(*local)?.to_vec(),
             ExprKind::Convert(a) => self.convert(a, &expr.ty)?,
             ExprKind::Unary(op, a) => {
                 let values = self.expr(a)?;
@@ -42,7 +42,7 @@ impl Frame<'_, '_> {
             ExprKind::Call(call) => {
                 let args = self.arguments(call)?;
                 self.b.set_span(expr.span);
-                let function = self.lowerer.instances[&call.function];
+                let function = self.lowerer.instance(call.function);
                 let results = self.lowerer.model.scalars(&expr.ty);
                 self.b.call(function, args, &results)
             }
@@ -52,36 +52,17 @@ impl Frame<'_, '_> {
     }
 
     /// The value of an expression of one scalar.
-    pub(super) fn scalar(&mut self, expr: &Expr) -> Result<Value, SizeError> {
+    pub(super) fn scalar(&mut self, expr: &'m Expr) -> Result<Value, SizeError> {
         let values = self.expr(expr)?;
         debug_assert_eq!(values.len(), 1, "a scalar");
         Ok(values[0])
     }
 
-    pub(super) fn local(&self, local: LocalId) -> Vec<Value> {
-        let values = self.locals.get(&local);
-        values.expect("the checker binds every local before its use, and the frame was given what it uses").clone()
-    }
-
-    fn element(&mut self, a: &Expr, k: usize) -> Result<Vec<Value>, SizeError> {
-        let (start, width) = self.lowerer.model.component(&a.ty, k);
-        // The rest of a long array in a local need not be copied.
-        if let ExprKind::Local(local) = &a.kind
-            && let Some(values) = self.locals.get(local)
-        {
-            return Ok(values[start..start + width].to_vec());
-        }
-        Ok(self.expr(a)?[start..start + width].to_vec())
-    }
-
-    fn block(&mut self, statements: &[Statement], value: &Expr) -> Result<Vec<Value>, SizeError> {
+    fn block(&mut self, statements: &'m [Statement], value: &'m Expr) -> Result<Vec<Value>, SizeError> {
         let mut guards = Vec::new();
         for statement in statements {
             match statement {
-                Statement::Let(local, value) => {
-                    let values = self.expr(value)?;
-                    self.locals.insert(*local, values);
-                }
+                Statement::Let(local, value) => self.bind_let(*local, value)?,
                 Statement::Require { condition, message, span } => {
                     let condition = self.scalar(condition)?;
                     let failure = self.lowerer.module.fail(Failure { span: *span, message: message.clone() });
@@ -97,7 +78,7 @@ impl Frame<'_, '_> {
         Ok(values)
     }
 
-    fn arguments(&mut self, call: &Call) -> Result<Vec<Value>, SizeError> {
+    fn arguments(&mut self, call: &'m Call) -> Result<Vec<Value>, SizeError> {
         let mut values = Vec::new();
         for arg in call.closure.iter().map(|c| &**c).chain(&call.args) {
             values.extend(self.expr(arg)?);
@@ -105,19 +86,19 @@ impl Frame<'_, '_> {
         Ok(values)
     }
 
-    fn derivative(&mut self, expr: &Expr, call: &Call, wrt: usize) -> Result<Vec<Value>, SizeError> {
+    fn derivative(&mut self, expr: &'m Expr, call: &'m Call, wrt: usize) -> Result<Vec<Value>, SizeError> {
         let args = self.arguments(call)?;
         let model = self.lowerer.model;
         let before = call.closure.iter().map(|c| &**c).chain(&call.args[..wrt]);
         let index = before.map(|e| model.width(&e.ty)).sum::<usize>();
         self.b.set_span(expr.span);
         let one = self.b.real(1.0);
-        let function = self.lowerer.instances[&call.function];
+        let function = self.lowerer.instance(call.function);
         Ok(self.b.tangent(function, args, vec![(index as u32, one)], model.width(&expr.ty)))
     }
 
     /// Ints become reals where the type has reals.
-    fn convert(&mut self, a: &Expr, ty: &Type) -> Result<Vec<Value>, SizeError> {
+    fn convert(&mut self, a: &'m Expr, ty: &Type) -> Result<Vec<Value>, SizeError> {
         use crate::ir::Type::{Int, Real};
         let values = self.expr(a)?;
         let (from, to) = (self.lowerer.model.scalars(&a.ty), self.lowerer.model.scalars(ty));

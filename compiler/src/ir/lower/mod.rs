@@ -12,6 +12,7 @@ mod control;
 mod expr;
 mod free;
 pub(crate) mod model;
+mod need;
 mod operators;
 mod shape;
 
@@ -25,6 +26,7 @@ use super::{
 use crate::check::typed::{self, Expr, LocalId, Statement};
 use crate::ir::hash::{HashMap, HashSet};
 use crate::source::Span;
+use need::Needs;
 
 /// Lowers a model.
 ///
@@ -39,11 +41,12 @@ pub fn lower(model: &typed::Model) -> Result<LoweredModel, SizeError> {
 /// # Errors
 /// If the model would become too large.
 pub(crate) fn lower_within(model: &typed::Model, limits: SizeLimits) -> Result<LoweredModel, SizeError> {
-    let mut lowerer = Lowerer::new(model, limits)?;
+    let mut lowerer = Lowerer::new(model, limits);
     let bounds = lowerer.bounds()?;
     let requires = lowerer.requires()?;
     let parts = model.parts.iter().map(|part| lowerer.part(part)).collect::<Result<_, _>>()?;
     let measures = model.measures.iter().map(|measure| lowerer.measure(measure)).collect::<Result<_, _>>()?;
+    lowerer.called_functions()?;
     Ok(LoweredModel { module: lowerer.module, parts, measures, bounds, requires })
 }
 
@@ -52,13 +55,16 @@ pub(crate) fn lower_within(model: &typed::Model, limits: SizeLimits) -> Result<L
 /// # Errors
 /// If they would become too large.
 pub(crate) fn lower_values(model: &typed::Model, values: &[LocalId]) -> Result<(Module, Vec<FunctionId>), SizeError> {
-    let mut lowerer = Lowerer::new(model, SizeLimits::default())?;
-    let function_of = |id: &LocalId| {
+    let read = |id: &LocalId| {
         let local = &model.locals[id.0 as usize];
-        let value = Expr { kind: typed::ExprKind::Local(*id), ty: local.ty.clone(), span: local.span };
-        lowerer.of_params(&local.name, &value)
+        Expr { kind: typed::ExprKind::Local(*id), ty: local.ty.clone(), span: local.span }
     };
-    let functions = values.iter().map(function_of).collect::<Result<_, _>>()?;
+    let exprs: Vec<Expr> = values.iter().map(read).collect();
+    let mut lowerer = Lowerer::new(model, SizeLimits::default());
+    let name = |id: &LocalId| &model.locals[id.0 as usize].name;
+    let functions =
+        values.iter().zip(&exprs).map(|(id, value)| lowerer.of_params(name(id), value)).collect::<Result<_, _>>()?;
+    lowerer.called_functions()?;
     Ok((lowerer.module, functions))
 }
 
@@ -66,32 +72,51 @@ pub(crate) fn lower_values(model: &typed::Model, values: &[LocalId]) -> Result<(
 struct Lowerer<'m> {
     model: &'m typed::Model,
     module: Module,
-    /// The function of each function instance.
+    /// The function of each function instance that is called.
     instances: HashMap<typed::FunctionId, FunctionId>,
+    /// Those of them that are not lowered yet.
+    open: Vec<typed::FunctionId>,
     /// The number of nodes of the functions that are complete.
     nodes: usize,
 }
 
-/// A function under construction, and the scalars of the locals that are bound in it.
+/// A function under construction, and the values of the locals that are bound in it.
 struct Frame<'l, 'm> {
     lowerer: &'l mut Lowerer<'m>,
     b: FunctionBuilder,
-    locals: HashMap<LocalId, Vec<Value>>,
+    needs: Needs<'m>,
     /// The index of a loop, in the function of its body.
     index: Option<Value>,
 }
 
 impl<'m> Lowerer<'m> {
-    /// Lowers the function instances.
-    fn new(model: &'m typed::Model, limits: SizeLimits) -> Result<Lowerer<'m>, SizeError> {
-        let mut module = Module { limits, ..Module::default() };
-        let instances = model.functions.keys().map(|id| (*id, module.reserve())).collect();
-        let mut lowerer = Lowerer { model, module, instances, nodes: 0 };
-        for (id, function) in &model.functions {
-            lowerer.function(*id, function)?;
+    fn new(model: &'m typed::Model, limits: SizeLimits) -> Lowerer<'m> {
+        let module = Module { limits, ..Module::default() };
+        Lowerer { model, module, instances: HashMap::default(), open: Vec::new(), nodes: 0 }
+    }
+
+    /// The function of a function instance, which [`Lowerer::called_functions`] lowers.
+    fn instance(&mut self, id: typed::FunctionId) -> FunctionId {
+        *self.instances.entry(id).or_insert_with(|| {
+            self.open.push(id);
+            self.module.reserve()
+        })
+    }
+
+    /// Lowers the functions that are called, and those that they call.
+    fn called_functions(&mut self) -> Result<(), SizeError> {
+        while let Some(id) = self.open.pop() {
+            let function = &self.model.functions[&id];
+            let locals: Vec<LocalId> = function.captures.iter().chain(&function.params).copied().collect();
+            let lowered = self.frame(&function.name, &locals, None).finish(&function.body)?;
+            let own = self.instance(id);
+            self.module.define(own, lowered);
+            if let Some(custom) = &function.custom_derivative {
+                let derivative = self.custom_derivative(function, custom);
+                self.module.custom_derivatives.insert(own, derivative);
+            }
         }
-        lowerer.custom_derivatives();
-        Ok(lowerer)
+        Ok(())
     }
 
     /// Starts a function of the scalars of some locals, followed by an int of that name, if there is one.
@@ -107,9 +132,11 @@ impl<'m> Lowerer<'m> {
         params.extend(int.map(|name| Parameter::new(name, super::Type::Int)));
         let b = FunctionBuilder::new(name, params);
         let mut values = b.params().into_iter();
-        let bound = locals.iter().zip(counts).map(|(local, n)| (*local, values.by_ref().take(n).collect()));
-        let locals = bound.collect();
-        Frame { lowerer: self, b, locals, index: None }
+        let mut needs = Needs::new();
+        for (local, n) in locals.iter().zip(counts) {
+            needs.bind(*local, values.by_ref().take(n).collect());
+        }
+        Frame { lowerer: self, b, needs, index: None }
     }
 
     /// The model's parameters among some locals.
@@ -124,29 +151,18 @@ impl<'m> Lowerer<'m> {
         self.frame(name, &params, None)
     }
 
-    fn function(&mut self, id: typed::FunctionId, function: &typed::Function) -> Result<(), SizeError> {
-        let locals: Vec<LocalId> = function.captures.iter().chain(&function.params).copied().collect();
-        let lowered = self.frame(&function.name, &locals, None).finish(&function.body)?;
-        self.module.define(self.instances[&id], lowered);
-        Ok(())
-    }
-
     /// Finds the scalar to which each tangent of a custom derivative belongs.
-    fn custom_derivatives(&mut self) {
+    fn custom_derivative(&mut self, function: &typed::Function, custom: &typed::CustomDerivative) -> CustomDerivative {
         let model = self.model;
-        for (id, function) in &model.functions {
-            let Some(custom) = &function.custom_derivative else { continue };
-            let types = |local: &LocalId| model.scalars(&model.locals[local.0 as usize].ty);
-            let captures: usize = function.captures.iter().map(|l| types(l).len()).sum();
-            let mut tangents = Vec::new();
-            for param in &custom.params {
-                let start = captures + function.params[..*param].iter().map(|l| types(l).len()).sum::<usize>();
-                let scalars = types(&function.params[*param]).into_iter().zip(start as u32..);
-                tangents.extend(scalars.map(|(ty, i)| (ty == super::Type::Real).then_some(i)));
-            }
-            let derivative = CustomDerivative { function: self.instances[&custom.function], tangents };
-            self.module.custom_derivatives.insert(self.instances[id], derivative);
+        let types = |local: &LocalId| model.scalars(&model.locals[local.0 as usize].ty);
+        let captures: usize = function.captures.iter().map(|l| types(l).len()).sum();
+        let mut tangents = Vec::new();
+        for param in &custom.params {
+            let start = captures + function.params[..*param].iter().map(|l| types(l).len()).sum::<usize>();
+            let scalars = types(&function.params[*param]).into_iter().zip(start as u32..);
+            tangents.extend(scalars.map(|(ty, i)| (ty == super::Type::Real).then_some(i)));
         }
+        CustomDerivative { function: self.instance(custom.function), tangents }
     }
 
     fn bounds(&mut self) -> Result<FunctionId, SizeError> {
@@ -185,21 +201,27 @@ impl<'m> Lowerer<'m> {
         Ok(requires)
     }
 
-    fn part(&mut self, part: &typed::Part) -> Result<LoweredPart, SizeError> {
+    fn part(&mut self, part: &'m typed::Part) -> Result<LoweredPart, SizeError> {
         let (used, lets) = lets_for(self.model, [&part.shape]);
         let (params, mut locals) = self.used_params(&used);
         locals.extend([part.u, part.v]);
         let mut frame = self.frame(&part.name, &locals, None);
         frame.bind(&lets)?;
-        let shape = frame.expr(&part.shape)?;
-        frame.locals.insert(part.local, shape);
-        let function = frame.add(&part.point)?;
+        frame.bind_let(part.local, &part.shape)?;
+        let point = frame.point(&part.point)?;
+        let function = frame.add_scalars(&point, &part.point.ty);
         let tolerance = part.tolerance.as_ref().map(|t| self.of_params("tolerance", t)).transpose()?;
         Ok(LoweredPart { surface: ParameterFunction { function, params }, tolerance })
     }
 
-    fn measure(&mut self, measure: &typed::Measure) -> Result<LoweredMeasure, SizeError> {
-        let value = self.of_params(&measure.name, &measure.value)?;
+    fn measure(&mut self, measure: &'m typed::Measure) -> Result<LoweredMeasure, SizeError> {
+        let (used, lets) = lets_for(self.model, [&measure.value]);
+        let figures = (0..).zip(&self.model.figures).filter(|(_, figure)| used.contains(&figure.local));
+        let (figures, taken): (Vec<u32>, Vec<LocalId>) = figures.map(|(i, taken)| (i, taken.local)).unzip();
+        let locals: Vec<LocalId> = self.model.params.iter().map(|p| p.local).chain(taken).collect();
+        let mut frame = self.frame(&measure.name, &locals, None);
+        frame.bind(&lets)?;
+        let value = frame.add(&measure.value)?;
         let limits = match &measure.limits {
             Some(limits) => {
                 let mut frame = self.model_frame("limits");
@@ -210,11 +232,11 @@ impl<'m> Lowerer<'m> {
             }
             None => None,
         };
-        Ok(LoweredMeasure { value, limits })
+        Ok(LoweredMeasure { value, figures, limits })
     }
 
     /// A function of the parameters with the value of an expression of the model's body.
-    fn of_params(&mut self, name: &str, expr: &Expr) -> Result<FunctionId, SizeError> {
+    fn of_params(&mut self, name: &str, expr: &'m Expr) -> Result<FunctionId, SizeError> {
         let mut frame = self.model_frame(name);
         frame.body_for([expr])?;
         frame.add(expr)
@@ -233,34 +255,41 @@ fn lets_for<'m, 'e>(
     (needed, lets)
 }
 
-impl Frame<'_, '_> {
+impl<'m> Frame<'_, 'm> {
     /// Binds the `let`s of the model's body that the expressions need.
-    fn body_for<'e>(&mut self, exprs: impl IntoIterator<Item = &'e Expr>) -> Result<(), SizeError> {
+    fn body_for(&mut self, exprs: impl IntoIterator<Item = &'m Expr>) -> Result<(), SizeError> {
         self.bind(&lets_for(self.lowerer.model, exprs).1)
     }
 
-    fn bind(&mut self, lets: &[(LocalId, &Expr)]) -> Result<(), SizeError> {
-        for (local, value) in lets {
-            let values = self.expr(value)?;
-            self.locals.insert(*local, values);
-        }
-        Ok(())
+    fn bind(&mut self, lets: &[(LocalId, &'m Expr)]) -> Result<(), SizeError> {
+        lets.iter().try_for_each(|(local, value)| self.bind_let(*local, value))
     }
 
     /// Completes a function of the value of an expression.
-    fn finish(mut self, expr: &Expr) -> Result<super::Function, SizeError> {
+    fn finish(mut self, expr: &'m Expr) -> Result<super::Function, SizeError> {
         let results = self.expr(expr)?;
+        Ok(self.finish_scalars(&results, &expr.ty))
+    }
+
+    /// Completes a function of the scalars of a value.
+    fn finish_scalars(self, results: &[Value], ty: &typed::Type) -> super::Function {
         self.lowerer.nodes += self.b.node_count();
         let mut names = Vec::new();
-        self.lowerer.model.name_scalars("", &expr.ty, &mut |name, _| names.push(name));
-        Ok(self.b.finish(names.into_iter().zip(results)))
+        self.lowerer.model.name_scalars("", ty, &mut |name, _| names.push(name));
+        self.b.finish(names.into_iter().zip(results.iter().copied()))
     }
 
     /// Adds a function of the value of an expression to the module.
-    fn add(self, expr: &Expr) -> Result<FunctionId, SizeError> {
-        let Frame { lowerer, b, locals, index } = self;
-        let function = Frame { lowerer: &mut *lowerer, b, locals, index }.finish(expr)?;
-        Ok(lowerer.module.add(function))
+    fn add(mut self, expr: &'m Expr) -> Result<FunctionId, SizeError> {
+        let results = self.expr(expr)?;
+        Ok(self.add_scalars(&results, &expr.ty))
+    }
+
+    /// Adds a function of the scalars of a value to the module.
+    fn add_scalars(self, results: &[Value], ty: &typed::Type) -> FunctionId {
+        let Frame { lowerer, b, needs, index } = self;
+        let function = Frame { lowerer: &mut *lowerer, b, needs, index }.finish_scalars(results, ty);
+        lowerer.module.add(function)
     }
 
     /// An error if the functions have outgrown the limit.

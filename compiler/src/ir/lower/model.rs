@@ -30,10 +30,12 @@ pub struct LoweredPart {
 }
 
 /// A measure.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct LoweredMeasure {
-    /// `(params..) -> value`.
+    /// `(params.., figures..) -> value`.
     pub value: FunctionId,
+    /// The indices of the figures of parts that it takes, ascending.
+    pub figures: Vec<u32>,
     /// `(params..) -> (lower, upper)`: what is allowed about the nominal value, where it has a tolerance.
     pub limits: Option<FunctionId>,
 }

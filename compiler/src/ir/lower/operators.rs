@@ -19,7 +19,7 @@ const EXACT: u32 = 53;
 /// Operations behind each other that are looked at for the size of an int.
 const ANALYSED: usize = 8;
 
-impl Frame<'_, '_> {
+impl<'m> Frame<'_, 'm> {
     pub(super) fn unary(&mut self, op: Unary, a: Value) -> Value {
         let value = match op {
             // Only reals have a derivative to stop.
@@ -126,7 +126,7 @@ impl Frame<'_, '_> {
         self.int_arithmetic(Binary::Sub, end, from)
     }
 
-    pub(super) fn binary(&mut self, op: Binary, a: &Expr, b: &Expr, span: Span) -> Result<Vec<Value>, SizeError> {
+    pub(super) fn binary(&mut self, op: Binary, a: &'m Expr, b: &'m Expr, span: Span) -> Result<Vec<Value>, SizeError> {
         let (xs, ys) = (self.expr(a)?, self.expr(b)?);
         self.b.set_span(span);
         if op == Binary::Pow {
@@ -149,7 +149,7 @@ impl Frame<'_, '_> {
         Ok((0..count).map(&mut combine).collect())
     }
 
-    pub(super) fn compare(&mut self, op: Compare, a: &Expr, b: &Expr, span: Span) -> Result<Value, SizeError> {
+    pub(super) fn compare(&mut self, op: Compare, a: &'m Expr, b: &'m Expr, span: Span) -> Result<Value, SizeError> {
         let (a, b) = (self.scalar(a)?, self.scalar(b)?);
         self.b.set_span(span);
         Ok(self.b.compare(op, a, b))

@@ -11,7 +11,7 @@ impl typed::Model {
             Type::Real(_) => f(name.to_owned(), ir::Type::Real),
             Type::Int(_) => f(name.to_owned(), ir::Type::Int),
             Type::Bool(_) => f(name.to_owned(), ir::Type::Bool),
-            Type::Text | Type::Error => {}
+            Type::Text(_) | Type::Error => {}
             Type::Range(..) => {
                 f(dotted(name, "from"), ir::Type::Int);
                 f(dotted(name, "to"), ir::Type::Int);
@@ -46,7 +46,7 @@ impl typed::Model {
             Type::Real(_) => out.push(ir::Type::Real),
             Type::Int(_) => out.push(ir::Type::Int),
             Type::Bool(_) => out.push(ir::Type::Bool),
-            Type::Text | Type::Error => {}
+            Type::Text(_) | Type::Error => {}
             Type::Range(..) => out.extend([ir::Type::Int; 2]),
             Type::Tuple(types) => types.iter().for_each(|ty| self.push_scalars(ty, out)),
             Type::Array(ty, n) => {
@@ -64,7 +64,7 @@ impl typed::Model {
     pub(super) fn width(&self, ty: &Type) -> usize {
         match ty {
             Type::Real(_) | Type::Int(_) | Type::Bool(_) => 1,
-            Type::Text | Type::Error => 0,
+            Type::Text(_) | Type::Error => 0,
             Type::Range(..) => 2,
             Type::Tuple(types) => types.iter().map(|ty| self.width(ty)).sum(),
             Type::Array(ty, n) => self.width(ty).saturating_mul(*n),

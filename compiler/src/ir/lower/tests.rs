@@ -222,6 +222,42 @@ fn parts_compute_only_what_they_need() {
 }
 
 #[test]
+fn of_records_and_arrays_only_what_is_used_is_computed() {
+    let model = lowered(
+        "fn both(x: real) = { used: x + 1, costly: fold(0.0, 0..1000, |acc, i| acc + x * i) }\n\
+         fn several(x: real) = for i in 0..4 { let pair = both(x * i)\n pair }\n\
+         model m {\n param a: real = 1\n let all = { first: several(a), rest: several(a + 1) }\n \
+         let (left, right) = (all.first, all.rest)\n \
+         part p = |u, v| (right[2].used * 1mm, left[1].used * 1mm, 0mm)\n}",
+    );
+    assert!(!occurs(&model, |op| matches!(op, Op::Loop { .. })));
+    let surface = model.parts[0].surface.function;
+    let point = run_real(&model.module, surface, &[3.0, 0.0, 0.0], Limits::default());
+    assert_eq!(point, Ok(vec![9.0, 4.0, 0.0]));
+}
+
+#[test]
+fn calls_that_unfold_without_end_are_lowered_all_the_same() {
+    // Each function asks the one before for two components, twice.
+    let mut functions = "fn f0(x: real) = { a: x, b: 2 * x }\n".to_owned();
+    for k in 1..=40 {
+        let before = k - 1;
+        functions += &format!(
+            "fn f{k}(x: real) = {{ a: f{before}(x).b - f{before}(x).a, b: f{before}(x).a + f{before}(x).b / 2 }}\n"
+        );
+    }
+    let model = lowered(&format!(
+        "{functions}model m {{ param a: real = 1\n let last = f40(a)\n part p = |u, v| (last.a * 1mm, 0mm, 0mm) }}"
+    ));
+    let (mut a, mut b) = (1.5, 3.0);
+    for _ in 0..40 {
+        (a, b) = (b - a, a + b / 2.0);
+    }
+    let point = at(&model, [1.5, 0.0, 0.0, 0.0]).expect("it runs")[0];
+    assert!((point - a).abs() <= 1e-9 * a.abs(), "{point} is not {a}");
+}
+
+#[test]
 fn too_large_a_model_is_refused() {
     let text = "model m { param a: real = 1\n let xs = for i in 0..2000 { a * i }\n \
                 let ys = for i in 0..2000 { xs[floor(stop(a)) + i] }\n part p = |u, v| (sum(ys) * 1mm, 0mm, 0mm) }";

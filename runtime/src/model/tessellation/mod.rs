@@ -6,12 +6,15 @@
 //! patches become grids (`grid`), and what leaves the surface by more than the chord (`measure`) is divided further,
 //! first at the creases that no line of u or v follows (`crease`), then anywhere (`refine`).
 
+mod adjacency;
 pub(super) mod borders;
 mod corner;
 mod crease;
 mod grade;
 mod grid;
+mod hidden;
 pub(super) mod intervals;
+mod level;
 mod measure;
 mod piece;
 mod refine;
@@ -99,6 +102,15 @@ impl Tessellation {
     /// The surface cannot be evaluated.
     pub fn new(model: &dyn Model, instance: &dyn Instance, fineness: Fineness) -> Result<Self, EvaluationError> {
         Self::with_progress(model, instance, fineness, &Silent)
+    }
+
+    /// As [`new`](Self::new), with a chord that is a part of the model's diagonal.
+    ///
+    /// # Errors
+    /// The surface cannot be evaluated.
+    pub fn relative(model: &dyn Model, instance: &dyn Instance, chord: f64) -> Result<Self, EvaluationError> {
+        let diagonal = Self::rough_diagonal(model, instance, 8)?;
+        Self::new(model, instance, Fineness { chord: chord * diagonal, ..Fineness::default() })
     }
 
     /// As [`new`](Self::new), and reports how far it is.

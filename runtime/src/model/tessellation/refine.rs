@@ -87,10 +87,22 @@ impl Refinement<'_> {
         points: &mut Points,
         cuts: &HashMap<Edge, f64>,
     ) -> Result<Vec<usize>, EvaluationError> {
+        let all = 0..self.mesh.triangles.len();
+        self.divide_some(points, cuts, all)
+    }
+
+    /// The same where all triangles at these edges are among those that are given.
+    pub(super) fn divide_some(
+        &mut self,
+        points: &mut Points,
+        cuts: &HashMap<Edge, f64>,
+        triangles: impl IntoIterator<Item = usize>,
+    ) -> Result<Vec<usize>, EvaluationError> {
         let mut new_vertices: HashMap<Edge, u32> = HashMap::new();
         let mut wanted: Vec<(Edge, Edge, f64)> = Vec::new();
         let mut touched = Vec::new();
-        for (t, corners) in self.mesh.triangles.iter().enumerate() {
+        for t in triangles {
+            let corners = self.mesh.triangles[t];
             let mut touches = false;
             for k in 0..3 {
                 let (a, b) = (corners[k], corners[(k + 1) % 3]);
@@ -210,6 +222,12 @@ impl Refinement<'_> {
         move |weights| (mean(0, weights), mean(1, weights))
     }
 
+    /// The place in space, on the flat triangle, of barycentric coordinates.
+    pub(super) fn position(&self, triangle: usize) -> impl Fn([f64; 3]) -> DVec3 + use<> {
+        let corners = self.mesh.corners(self.mesh.triangles[triangle]);
+        move |weights| (0..3).map(|k| weights[k] * corners[k]).sum()
+    }
+
     pub(super) fn partials(&self, at: SurfacePoint) -> Result<Partials, EvaluationError> {
         let mut partials = [Partials::default()];
         self.instance.partials(at.patch as usize, &[at.u], &[at.v], &mut partials)?;
@@ -273,4 +291,9 @@ impl Points {
 
 pub(super) fn mix(a: f64, b: f64, s: f64) -> f64 {
     a + s * (b - a)
+}
+
+/// The same of barycentric coordinates.
+pub(super) fn between(a: [f64; 3], b: [f64; 3], s: f64) -> [f64; 3] {
+    [0, 1, 2].map(|k| mix(a[k], b[k], s))
 }

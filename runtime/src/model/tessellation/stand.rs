@@ -1,9 +1,10 @@
 //! How triangles of a trimmed patch stand to the edge of what is there.
 
+use super::hidden::{Divided, Seen, Side};
+use super::level::{LEVEL_BELOW, is_level};
 use super::measure::PLACES;
-use super::refine::{Refinement, mix};
+use super::refine::{Refinement, between};
 use crate::model::EvaluationError;
-use glam::DVec3;
 use std::collections::HashMap;
 
 /// Bisections of a zero on a side where it only says whether the edge is straight.
@@ -20,15 +21,8 @@ const LEAST_SLOPE: f64 = 1e-3;
 /// Values so near to zero are on the edge, in millimetres: a tenth of what `std.solid` looks beside a surface, where
 /// another one may coincide with it.
 pub(super) const ZERO: f64 = 1e-7;
-
-/// What is level where solids coincide is below this, in millimetres, and its values are the same but for this part of
-/// them.
-const LEVEL_BELOW: f64 = 1e-5;
-const LEVEL: f64 = 0.01;
 /// Where the function is less than this part of what its slope says of the distance from an edge, another is near.
 const NEARER: f64 = 0.5;
-/// The least number of places in a triangle that show that the function is level.
-const LEAST_LEVEL: usize = 2;
 
 /// 1 where a surface is there, -1 where it is not, 0 on its edge.
 pub(super) fn sign(value: f64) -> i8 {
@@ -37,14 +31,6 @@ pub(super) fn sign(value: f64) -> i8 {
         value if value < -ZERO => -1,
         _ => 0,
     }
-}
-
-/// Whether several values are one that is next to zero, and the others lie beyond: where surfaces of two solids
-/// coincide the function is level at a small value, and so has no zero there.
-fn is_level(values: &[f64]) -> bool {
-    let least = values.iter().map(|value| value.abs()).fold(f64::INFINITY, f64::min);
-    let level = values.iter().filter(|value| value.abs() < least * (1.0 + LEVEL)).count();
-    least > ZERO && least < LEVEL_BELOW && level >= LEAST_LEVEL
 }
 
 /// The corner that is on another side than both others; of two on different sides and one on the edge, either.
@@ -63,6 +49,8 @@ pub(super) enum Stand {
     Clear,
     /// The edge passes through it, and is straight there.
     Crossed,
+    /// No change of sign at the places that were asked, some of which are where solids coincide.
+    Level,
     /// It must be divided to tell.
     Unclear,
 }
@@ -76,28 +64,51 @@ impl Refinement<'_> {
     ) -> Result<(Vec<Stand>, HashMap<usize, Crossings>), EvaluationError> {
         let places: Vec<[f64; 3]> = CORNERS.into_iter().chain(PLACES).collect();
         let values = self.values(triangles, &places, keeps)?;
-        let mut crossed = Vec::new();
+        let (mut crossed, mut level) = (Vec::new(), Vec::new());
         let mut stands = Vec::with_capacity(triangles.len());
         for (k, values) in values.chunks_exact(places.len()).enumerate() {
             let stand = self.stand(triangles[k], values, &places);
             if stand == Stand::Crossed {
                 crossed.push((k, [0, 1, 2].map(|c| sign(values[c]))));
             }
+            level.extend((stand == Stand::Level).then_some((k, (triangles[k], values))));
             stands.push(stand);
+        }
+        let with_level: Vec<(usize, &[f64])> = level.iter().map(|(_, triangle)| *triangle).collect();
+        for ((k, _), ends) in level.iter().zip(self.end_beside_level(&with_level, &places, keeps)?) {
+            stands[*k] = if ends { Stand::Unclear } else { Stand::Clear };
         }
         let sides: Vec<(usize, [i8; 3])> = crossed.iter().map(|(k, signs)| (triangles[*k], *signs)).collect();
         let mut bent = HashMap::new();
-        for ((k, _), (straight, crossings)) in crossed.iter().zip(self.are_straight(&sides, keeps)?) {
+        let mut divided = HashMap::new();
+        for ((k, signs), (straight, crossings)) in crossed.iter().zip(self.are_straight(&sides, keeps)?) {
             if self.longest_side(triangles[*k]) <= self.chord {
                 continue;
             }
             let values = &values[k * places.len()..][..places.len()];
+            let line = self.line(triangles[*k], *signs, crossings);
             if !straight {
                 stands[*k] = Stand::Unclear;
                 bent.insert(*k, crossings);
-            } else if !self.is_all(triangles[*k], crossings, values, &places) {
+            } else if !self.is_all(triangles[*k], &line, values, &places) {
                 stands[*k] = Stand::Unclear;
+            } else {
+                divided.insert(*k, line);
             }
+        }
+        let side = |k: usize| values[k * places.len()..][..places.len()].iter().map(|value| sign(*value));
+        let (mut looked_at, mut seen) = (Vec::new(), Vec::new());
+        for k in 0..stands.len() {
+            let side = match (stands[k], divided.remove(&k)) {
+                (Stand::Clear, _) => Side::Whole(side(k).find(|side| *side != 0).unwrap_or(0)),
+                (_, Some(line)) => Side::Divided(line),
+                _ => continue,
+            };
+            looked_at.push(k);
+            seen.push(Seen { triangle: triangles[k], side });
+        }
+        for (k, _) in looked_at.iter().zip(self.hide(&seen, keeps)?).filter(|(_, hides)| *hides) {
+            stands[*k] = Stand::Unclear;
         }
         Ok((stands, bent))
     }
@@ -115,7 +126,7 @@ impl Refinement<'_> {
             return Stand::Unclear;
         }
         if is_level(values) {
-            return Stand::Clear;
+            return Stand::Level;
         }
         let slope = self.slope(triangle, values);
         let linear = |w: &[f64; 3]| (0..3).map(|k| w[k] * values[k]).sum::<f64>();
@@ -134,20 +145,23 @@ impl Refinement<'_> {
         slope.filter(|s| s.is_finite()).fold(LEAST_SLOPE, f64::max)
     }
 
-    /// Whether the line between its crossings is all that a triangle has of the edge, by what the function says of
-    /// other places: on the side that it is, and of no edge that is nearer than the line.
-    fn is_all(&self, triangle: usize, line: [[f64; 3]; 2], values: &[f64], places: &[[f64; 3]]) -> bool {
+    /// The line between the crossings of a triangle whose corners are on some sides of zero.
+    fn line(&self, triangle: usize, signs: [i8; 3], crossings: Crossings) -> Divided {
         let corners = self.mesh.corners(self.mesh.triangles[triangle]);
-        let position = |w: &[f64; 3]| (0..3).map(|k| w[k] * corners[k]).sum::<DVec3>();
-        let [p, q] = line.each_ref().map(position);
+        let [p, q] = crossings.map(self.position(triangle));
         let direction = (q - p).normalize_or_zero();
-        let signs = [0, 1, 2].map(|k| sign(values[k]));
         let lone = lone(signs);
         let across = corners[lone] - p - direction * (corners[lone] - p).dot(direction);
-        let across = across.normalize_or_zero() * f64::from(signs[lone]);
+        Divided { from: p, across: across.normalize_or_zero() * f64::from(signs[lone]) }
+    }
+
+    /// Whether the line between its crossings is all that a triangle has of the edge, by what the function says of
+    /// other places: on the side that it is, and of no edge that is nearer than the line.
+    fn is_all(&self, triangle: usize, line: &Divided, values: &[f64], places: &[[f64; 3]]) -> bool {
+        let position = self.position(triangle);
         let slope = self.slope(triangle, values);
         places.iter().zip(values).all(|(place, value)| {
-            let distance = (position(place) - p).dot(across);
+            let distance = line.beyond(position(*place));
             let is_level = value.abs() < LEVEL_BELOW;
             distance.abs() <= self.chord
                 || sign(*value) == 0
@@ -169,10 +183,7 @@ impl Refinement<'_> {
             let on_edge = |k: usize| triangles[k].1[(lone[k] + turn) % 3] == 0;
             let mut range: Vec<(f64, f64)> =
                 (0..triangles.len()).map(|k| if on_edge(k) { (1.0, 1.0) } else { (0.0, 1.0) }).collect();
-            let place = |k: usize, s: f64| {
-                let (from, to) = (CORNERS[lone[k]], CORNERS[(lone[k] + turn) % 3]);
-                [0, 1, 2].map(|c| mix(from[c], to[c], s))
-            };
+            let place = |k: usize, s: f64| between(CORNERS[lone[k]], CORNERS[(lone[k] + turn) % 3], s);
             for _ in 0..ROUGH_BISECTIONS {
                 let places: Vec<_> = range.iter().enumerate().map(|(k, (a, b))| place(k, 0.5 * (a + b))).collect();
                 for (k, value) in self.values_at(&numbers, &places, keeps)?.into_iter().enumerate() {
@@ -202,19 +213,18 @@ impl Refinement<'_> {
     /// leave that line.
     fn beside(&self, triangle: usize, corner: usize, line: [[f64; 3]; 2], along: f64, towards: f64) -> [f64; 3] {
         let corners = self.mesh.corners(self.mesh.triangles[triangle]);
-        let position = |w: [f64; 3]| (0..3).map(|k| w[k] * corners[k]).sum::<DVec3>();
-        let middle = [0, 1, 2].map(|c| mix(line[0][c], line[1][c], along));
-        let [p, q, m] = [line[0], line[1], middle].map(position);
+        let middle = between(line[0], line[1], along);
+        let [p, q, m] = [line[0], line[1], middle].map(self.position(triangle));
         let direction = (q - p).normalize_or_zero();
         let across = corners[corner] - m;
         let height = (across - direction * across.dot(direction)).length();
         // A step towards the corner whose height over the line is what is allowed, and not more than the corner's.
         let step = (SHARE * self.chord / height.max(f64::MIN_POSITIVE)).min(0.5) * towards;
-        [0, 1, 2].map(|c| middle[c] + step * (CORNERS[corner][c] - middle[c]))
+        between(middle, CORNERS[corner], step)
     }
 
     /// The value of the function at one place of each triangle.
-    fn values_at(
+    pub(super) fn values_at(
         &self,
         triangles: &[usize],
         places: &[[f64; 3]],
@@ -227,7 +237,7 @@ impl Refinement<'_> {
             let (u, v): (Vec<f64>, Vec<f64>) = at.map(|(u, v)| (u.clamp(0.0, 1.0), v.clamp(0.0, 1.0))).unzip();
             first += run.len();
             let Some(keep) = keeps[self.patches[run[0]] as usize] else { continue };
-            values.extend(self.keep_at(keep, &u, &v)?);
+            values.extend(self.instance.keeps(keep, &u, &v)?);
         }
         Ok(values)
     }

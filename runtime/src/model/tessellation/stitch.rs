@@ -31,14 +31,15 @@ const SMALL_HOLE: f64 = 16.0;
 /// Steps that find a vertex on the other patch.
 const STEPS: usize = 12;
 
-/// Closes the gaps between trimmed patches.
+/// Closes the gaps between patches of which one at least is trimmed, as is said of each by its number. Borders of two
+/// others that run near each other are not one curve.
 ///
 /// # Errors
 /// The surface cannot be evaluated.
-pub(super) fn stitch(mesh: &mut Refinement<'_>) -> Result<(), EvaluationError> {
+pub(super) fn stitch(mesh: &mut Refinement<'_>, is_trimmed: &[bool]) -> Result<(), EvaluationError> {
     merge(mesh);
     drop_flat(mesh);
-    let mut gaps = Gaps::of(mesh);
+    let mut gaps = Gaps::of(mesh, is_trimmed);
     gaps.close()?;
     for _ in 0..ROUNDS {
         if !gaps.begin()? {
@@ -121,6 +122,8 @@ fn drop_flat(mesh: &mut Refinement<'_>) {
 /// The open edges of a mesh while they are closed.
 struct Gaps<'m, 'a> {
     mesh: &'m mut Refinement<'a>,
+    /// By patch.
+    is_trimmed: &'m [bool],
     /// Numbers of vertices: those at one position have one.
     number: Vec<u32>,
     /// `None` where it was closed or divided.
@@ -134,11 +137,11 @@ struct Gaps<'m, 'a> {
 }
 
 impl<'m, 'a> Gaps<'m, 'a> {
-    fn of(mesh: &'m mut Refinement<'a>) -> Self {
+    fn of(mesh: &'m mut Refinement<'a>, is_trimmed: &'m [bool]) -> Self {
         let number = mesh.mesh.position_numbers();
         let open = open_edges(mesh, &number);
         let (at, of_triangle, ends) = (HashMap::new(), HashMap::new(), BinaryHeap::new());
-        let mut gaps = Self { mesh, number, edges: Vec::new(), at, of_triangle, ends };
+        let mut gaps = Self { mesh, is_trimmed, number, edges: Vec::new(), at, of_triangle, ends };
         open.into_iter().for_each(|edge| gaps.add(edge));
         (0..gaps.edges.len()).for_each(|edge| gaps.look(edge));
         gaps
@@ -150,6 +153,12 @@ impl<'m, 'a> Gaps<'m, 'a> {
 
     fn patch(&self, edge: &Open) -> u32 {
         self.mesh.patches[edge.triangle]
+    }
+
+    /// Whether two edges are of different patches that may meet along a curve on which each has its own vertices.
+    fn may_meet(&self, a: &Open, b: &Open) -> bool {
+        let [a, b] = [a, b].map(|edge| self.patch(edge));
+        a != b && (self.is_trimmed[a as usize] || self.is_trimmed[b as usize])
     }
 
     fn length(&self, edge: &Open) -> f64 {
@@ -206,8 +215,7 @@ impl<'m, 'a> Gaps<'m, 'a> {
         let is_gap = if edges.iter().all(|edge| edge.in_small_hole) {
             leaves
         } else {
-            self.patch(&edges[0]) != self.patch(&edges[1])
-                && width <= (WIDEST * self.mesh.chord).min(STEEPEST * shorter.length())
+            self.may_meet(&edges[0], &edges[1]) && width <= (WIDEST * self.mesh.chord).min(STEEPEST * shorter.length())
         };
         is_gap.then_some((width.to_bits(), short, long))
     }
@@ -284,7 +292,7 @@ impl<'m, 'a> Gaps<'m, 'a> {
         let width = p.distance(a + s * length);
         let number = self.number[vertex as usize];
         let runs_along = |other: usize| {
-            let Some(other) = self.edges[other].filter(|o| self.patch(o) != self.patch(edge)) else { return false };
+            let Some(other) = self.edges[other].filter(|o| self.may_meet(o, edge)) else { return false };
             let [c, d] = other.ends.map(|i| position(self.mesh, i));
             (d - c).normalize_or_zero().dot(length.normalize_or_zero()).abs() > ALONG
         };

@@ -5,6 +5,7 @@
 //! lies beyond is dropped. The edges of two patches that meet there are then the same curve with different vertices;
 //! each is given those of the other, so that the mesh stays closed.
 
+use super::adjacency::Adjacency;
 use super::refine::{Edge, Points, Refinement, mix};
 use super::stand::{CORNERS, Stand, sign};
 use super::stitch;
@@ -34,6 +35,7 @@ impl Refinement<'_> {
         let mut points = Points::of(self.mesh);
         let trimmed = |r: &Self, t: &usize| keeps[r.patches[*t] as usize].is_some();
         let mut open: Vec<usize> = (0..self.mesh.triangles.len()).filter(|t| trimmed(self, t)).collect();
+        let mut adjacency = Adjacency::of(&self.mesh.triangles, &points);
         for _ in 0..ROUNDS {
             let mut cuts: HashMap<Edge, f64> = HashMap::new();
             let (stands, bent) = self.stands(&open, keeps)?;
@@ -52,7 +54,7 @@ impl Refinement<'_> {
                     }
                 }
             }
-            self.add_longest_sides(&points, &mut cuts);
+            self.add_longest_sides(&points, &adjacency, &mut cuts);
             let added = 2 * (cuts.len() + fresh.len());
             if added == 0 || self.mesh.triangles.len() + added > self.most_triangles {
                 break;
@@ -61,14 +63,22 @@ impl Refinement<'_> {
             for (triangle, corner) in fresh {
                 next.extend(self.insert(&mut points, triangle, corner)?);
             }
-            next.extend(self.divide(&mut points, &cuts)?.into_iter().filter(|t| trimmed(self, t)));
+            adjacency.add(&next, &self.mesh.triangles, &points);
+            let at_cuts = cuts.keys().flat_map(|edge| adjacency.at(*edge, &self.mesh.triangles, &points));
+            let mut at_cuts: Vec<usize> = at_cuts.collect();
+            at_cuts.sort_unstable();
+            at_cuts.dedup();
+            let divided = self.divide_some(&mut points, &cuts, at_cuts)?;
+            adjacency.add(&divided, &self.mesh.triangles, &points);
+            next.extend(divided.into_iter().filter(|t| trimmed(self, t)));
             next.sort_by_key(|t| (self.patches[*t], *t));
             next.dedup();
             open = next;
         }
         self.cut(&mut points, keeps)?;
         self.drop_absent(keeps)?;
-        stitch::stitch(self)
+        let is_trimmed: Vec<bool> = keeps.iter().map(Option::is_some).collect();
+        stitch::stitch(self, &is_trimmed)
     }
 
     /// The values of the function at places of triangles of trimmed patches, `places` for each.
@@ -90,15 +100,40 @@ impl Refinement<'_> {
                 }
             }
             let Some(keep) = keeps[self.patches[run[0]] as usize] else { continue };
-            values.extend(self.keep_at(keep, &u, &v)?);
+            values.extend(self.instance.keeps(keep, &u, &v)?);
         }
         Ok(values)
     }
 
-    pub(super) fn keep_at(&self, keep: usize, u: &[f64], v: &[f64]) -> Result<Vec<f64>, EvaluationError> {
-        let mut values = vec![[0.0; 3]; u.len()];
-        self.instance.points(keep, u, v, &mut values)?;
-        Ok(values.into_iter().map(|value| value[0]).collect())
+    /// The values of the function at the corners of triangles of trimmed patches, in the order of the patches.
+    fn values_at_corners(
+        &self,
+        triangles: &[usize],
+        keeps: &[Option<usize>],
+    ) -> Result<Vec<[f64; 3]>, EvaluationError> {
+        let mut of_vertex: HashMap<u32, f64> = HashMap::new();
+        let mut values = Vec::with_capacity(triangles.len());
+        for run in triangles.chunk_by(|a, b| self.patches[*a] == self.patches[*b]) {
+            let Some(keep) = keeps[self.patches[run[0]] as usize] else { continue };
+            let corners: Vec<[u32; 3]> = run.iter().map(|t| self.mesh.triangles[*t]).collect();
+            let mut vertices = corners.as_flattened().to_vec();
+            vertices.sort_unstable();
+            vertices.dedup();
+            let (u, v): (Vec<f64>, Vec<f64>) =
+                vertices.iter().map(|i| &self.origins[*i as usize]).map(|at| (at.u, at.v)).unzip();
+            of_vertex.clear();
+            of_vertex.extend(vertices.into_iter().zip(self.instance.keeps(keep, &u, &v)?));
+            let first = values.len();
+            values.extend(corners.iter().map(|corners| corners.map(|i| of_vertex[&i])));
+            // At a pole a vertex has the parameter of its triangle.
+            let at_pole = |i: u32| self.pole(&self.origins[i as usize]).is_some();
+            let poled: Vec<usize> = (0..run.len()).filter(|k| corners[*k].iter().any(|i| at_pole(*i))).collect();
+            let own = self.values(&poled.iter().map(|k| run[*k]).collect::<Vec<_>>(), &CORNERS, keeps)?;
+            for (k, own) in poled.into_iter().zip(own.as_chunks::<3>().0) {
+                values[first + k] = *own;
+            }
+        }
+        Ok(values)
     }
 
     /// Millimetres.
@@ -118,20 +153,11 @@ impl Refinement<'_> {
 
     /// Adds the longest sides of triangles that are divided at others: what is divided at shorter sides only becomes
     /// ever narrower (Rivara 1984).
-    fn add_longest_sides(&self, points: &Points, cuts: &mut HashMap<Edge, f64>) {
-        if cuts.is_empty() {
-            return;
-        }
-        let mut of_edge: HashMap<Edge, Vec<usize>> = HashMap::new();
-        for (triangle, corners) in self.mesh.triangles.iter().enumerate() {
-            for k in 0..3 {
-                of_edge.entry(points.edge(corners[k], corners[(k + 1) % 3]).0).or_default().push(triangle);
-            }
-        }
+    fn add_longest_sides(&self, points: &Points, adjacency: &Adjacency, cuts: &mut HashMap<Edge, f64>) {
         let mut fresh: Vec<Edge> = cuts.keys().copied().collect();
         while let Some(edge) = fresh.pop() {
-            for triangle in of_edge.get(&edge).into_iter().flatten() {
-                let [a, b, _] = self.longest_side_first(*triangle);
+            for triangle in adjacency.at(edge, &self.mesh.triangles, points) {
+                let [a, b, _] = self.longest_side_first(triangle);
                 let longest = points.edge(a, b).0;
                 if cuts.insert(longest, 0.5).is_none() {
                     fresh.push(longest);
@@ -143,17 +169,22 @@ impl Refinement<'_> {
     /// Cuts edges where the function is zero.
     fn cut(&mut self, points: &mut Points, keeps: &[Option<usize>]) -> Result<(), EvaluationError> {
         let mut cuts: HashMap<Edge, f64> = HashMap::new();
-        for (patch, keep) in keeps.iter().enumerate().filter_map(|(patch, keep)| Some((patch, (*keep)?))) {
-            let mut edges: HashMap<Edge, [u32; 2]> = HashMap::new();
-            for (corners, _) in self.mesh.triangles.iter().zip(&self.patches).filter(|(_, p)| **p as usize == patch) {
-                for k in 0..3 {
-                    let (a, b) = (corners[k], corners[(k + 1) % 3]);
+        let mut of_patch: Vec<Vec<(Edge, [u32; 2])>> = vec![Vec::new(); keeps.len()];
+        let triangles = self.trimmed_triangles(keeps);
+        for (triangle, values) in triangles.iter().zip(self.values_at_corners(&triangles, keeps)?) {
+            let corners = self.mesh.triangles[*triangle];
+            for k in 0..3 {
+                let next = (k + 1) % 3;
+                if sign(values[k]) * sign(values[next]) < 0 {
+                    let (a, b) = (corners[k], corners[next]);
                     let (edge, swapped) = points.edge(a, b);
-                    edges.entry(edge).or_insert(if swapped { [b, a] } else { [a, b] });
+                    of_patch[self.patches[*triangle] as usize].push((edge, if swapped { [b, a] } else { [a, b] }));
                 }
             }
-            let mut edges: Vec<(Edge, [u32; 2])> = edges.into_iter().collect();
+        }
+        for (keep, mut edges) in keeps.iter().zip(of_patch).filter_map(|(keep, edges)| Some(((*keep)?, edges))) {
             edges.sort_unstable();
+            edges.dedup_by_key(|(edge, _)| *edge);
             let ends: Vec<_> = edges.iter().map(|(_, [a, b])| self.ends_of(*a, *b)).collect();
             let at = |edges: &[usize], fractions: &[f64]| -> Result<Vec<f64>, EvaluationError> {
                 let place = |(k, s): (&usize, &f64)| {
@@ -161,7 +192,7 @@ impl Refinement<'_> {
                     (mix(a.u, b.u, *s), mix(a.v, b.v, *s))
                 };
                 let (u, v): (Vec<f64>, Vec<f64>) = edges.iter().zip(fractions).map(place).unzip();
-                self.keep_at(keep, &u, &v)
+                self.instance.keeps(keep, &u, &v)
             };
             let all: Vec<usize> = (0..edges.len()).collect();
             let (first, last) = (at(&all, &vec![0.0; all.len()])?, at(&all, &vec![1.0; all.len()])?);
@@ -182,18 +213,30 @@ impl Refinement<'_> {
         Ok(())
     }
 
-    /// Drops the triangles that are not there: by their corners, all on the edge or on one side of it now.
-    fn drop_absent(&mut self, keeps: &[Option<usize>]) -> Result<(), EvaluationError> {
+    /// The triangles of trimmed patches, in the order of these.
+    fn trimmed_triangles(&self, keeps: &[Option<usize>]) -> Vec<usize> {
         let trimmed = |t: &usize| keeps[self.patches[*t] as usize].is_some();
         let mut triangles: Vec<usize> = (0..self.mesh.triangles.len()).filter(trimmed).collect();
         triangles.sort_by_key(|t| self.patches[*t]);
-        let places: Vec<[f64; 3]> = CORNERS.into_iter().chain([[1.0 / 3.0; 3]]).collect();
-        let values = self.values(&triangles, &places, keeps)?;
+        triangles
+    }
+
+    /// Drops the triangles that are not there: by their corners, all on the edge or on one side of it now.
+    fn drop_absent(&mut self, keeps: &[Option<usize>]) -> Result<(), EvaluationError> {
+        let triangles = self.trimmed_triangles(keeps);
         let mut there = vec![true; self.mesh.triangles.len()];
-        for (triangle, values) in triangles.iter().zip(values.chunks_exact(places.len())) {
-            let has = |wanted: i8| values[..3].iter().any(|value| sign(*value) == wanted);
+        let mut unclear = Vec::new();
+        for (triangle, values) in triangles.iter().zip(self.values_at_corners(&triangles, keeps)?) {
+            let has = |wanted: i8| values.iter().any(|value| sign(*value) == wanted);
             // Narrow triangles beside a curve may have their middle beyond it.
-            there[*triangle] = if has(1) == has(-1) { values[3] > 0.0 } else { has(1) };
+            if has(1) == has(-1) {
+                unclear.push(*triangle);
+            } else {
+                there[*triangle] = has(1);
+            }
+        }
+        for (triangle, value) in unclear.iter().zip(self.values(&unclear, &[[1.0 / 3.0; 3]], keeps)?) {
+            there[*triangle] = value > 0.0;
         }
         retain_marked(&mut self.mesh.triangles, &there);
         retain_marked(&mut self.patches, &there);

@@ -3,6 +3,7 @@
 use super::associated::Associated;
 use super::datum::{Datum, Kind};
 use super::members::Members;
+use crate::figures::measured;
 use crate::model::Model;
 use crate::variance::moments::null_as_nan;
 use glam::DVec3;
@@ -51,9 +52,12 @@ pub(in crate::variance) fn point_measures(model: &dyn Model, x: &[f64], members:
         Associated::new(&members.points(part), &members.exact(part), datum)
             .ok_or_else(|| format!("too little of `{name}` was measured"))
     };
-    let declared = model.measures().iter().enumerate().filter(|(_, m)| !m.parts.is_empty());
-    let measured = declared.map(|(k, m)| {
-        let value = model.measure(k, x).map_err(|e| e.message);
+    if model.measures().iter().all(|m| m.parts.is_empty()) {
+        return Vec::new();
+    }
+    let declared = model.measures().iter().zip(measured(model, x)).filter(|(m, _)| !m.parts.is_empty());
+    let measured = declared.map(|(m, measured)| {
+        let value = measured.map(|measured| measured.value).map_err(|e| e.message);
         let parts: Result<Vec<Associated>, String> = m.parts.iter().map(associated).collect();
         let found = value.clone().and_then(|value| figure(&parts?, &m.unit, value));
         PointMeasure {
