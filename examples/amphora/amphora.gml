@@ -2,6 +2,7 @@ use std.curve (bezier)
 use std.frame (translate)
 use std.offset (offset)
 use std.repeat (polar_pattern)
+use std.solid (outside_of, revolved_curve)
 use std.spline (bspline_knots)
 use std.surface (disc, flip, revolve, tube)
 
@@ -79,7 +80,9 @@ model amphora {
     (reach, bottom.y + fall),
     bottom - (wall / 2, 0mm),
   ])
-  part handle = tube(handle_curve, radii: (handle_thickness, handle_width)).polar_pattern(handles)
+  part handle = tube(handle_curve, radii: (handle_thickness, handle_width))
+    .outside_of(revolved_curve(profile))
+    .polar_pattern(handles)
 }
 
 /// Chebyshev's polynomials of the second kind at 2: 1, 4, 15, 56, ...

@@ -1,4 +1,6 @@
 use std.curve (arc, bezier, line)
+use std.frame (translate)
+use std.solid (frustum, outside_of)
 use std.surface (flip, revolve, tube)
 
 /// An enamelled mug: a slightly conical wall with a rolled rim, a rounded foot and a handle of elliptic section.
@@ -50,10 +52,13 @@ model mug {
   /// The middle of the wall at a fraction of the height.
   fn wall_at(t) = (mix(foot, rim, t) - wall / 2, t * height)
 
+  // The handle ends at the wall.
+  let body = frustum(bottom: foot, top: rim, height: shoulder - rounding).translate((0mm, 0mm, rounding))
+
   part handle = tube(bezier([
     wall_at(handle_top),
     (reach_top, lift_top * height),
     (reach_bottom, lift_bottom * height),
     wall_at(handle_bottom),
-  ]), radii: (handle_thickness, handle_width))
+  ]), radii: (handle_thickness, handle_width)).outside_of(body)
 }

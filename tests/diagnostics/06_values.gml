@@ -36,3 +36,22 @@ fn f(x: real) = fold(0mm, 0..floor(x), |a, i| a * 2mm)
 fn f() = min([])
 // --- vectors compared
 fn f(v: vec3, w: vec3) = v < w
+// --- a letter in an SVG path
+let outlines = svg_path("M 0 0 L 8 O Z")
+// --- an SVG path that encloses nothing
+let outlines = svg_path("M 0 0 L 8 4")
+// --- a tolerance without a unit
+let outlines = svg_path("M 0 0 H 8 V 4 Z", 0.01)
+// --- a tolerance that is computed
+fn tolerance(k: int) = 0.01mm * sqrt(k)
+let outlines = svg_path("M 0 0 H 8 V 4 Z", tolerance(2))
+// --- a number instead of a path
+let outlines = svg_path(3)
+// --- a text that a parameter chooses
+model m {
+  param a: real in 0..1 = 0.5
+  let path = if a > 0.5 { "M 0 0 H 8 V 4 Z" } else { "M 0 0 H 8 V 5 Z" }
+  part p = embossed(svg_path(path), height: 2mm)
+}
+// --- a text with too many points
+let outlines = svg_path("M 0 0 A 400 400 0 0 1 800 0 Z", 0.000001mm)

@@ -47,3 +47,18 @@ use "" (column)
 model m {
   part p = sphere(3mm)
 }
+// --- a font that there is not
+let letters = glyphs("gmlc", "gmlc.ttf")
+// --- a script as a font
+let letters = glyphs("gmlc", "sizes.gml")
+// +++ sizes.gml
+let wall = 3mm
+// --- a file that is no font
+let letters = glyphs("gmlc", "gmlc.ttf")
+// +++ gmlc.ttf
+not a font
+// --- a font that a constant names
+let font = "gmlc.ttf"
+let letters = glyphs("gmlc", font)
+// --- a font without a text
+let letters = glyphs("gmlc")

@@ -225,3 +225,23 @@ model m {
   let rаdius = 20mm
   part p = sphere(radius + rаdius)
 }
+// --- solids that touch
+use std.frame (rotate, translate)
+use std.solid (capped_cylinder)
+
+model cross {
+  param height: length in 10mm..90mm = 30mm
+  let post = capped_cylinder(radius: 5mm, height: height)
+  let bar = capped_cylinder(radius: 4mm, height: 10mm).rotate(90deg, (1, 0, 0))
+  part body = post + {bar: bar.translate((0mm, 5mm, height / 2))}
+}
+// --- holes that miss
+use std.frame (translate)
+use std.solid (box, capped_cylinder)
+
+model plate {
+  param x: length in 0mm..90mm = 60mm
+  part plate = box(width: 80mm) - {
+    hole: for i in 0..2 { capped_cylinder(radius: 3mm).translate((i * x, 0mm, 0mm)) },
+  }
+}

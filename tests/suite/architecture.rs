@@ -75,6 +75,9 @@ fn the_runtimes_modules_use_what_they_may() {
     must_not_name("runtime/src/model", &["crate::fit", "crate::variance", "crate::export", "crate::scan"]);
     let above = ["crate::fit", "crate::variance", "crate::export", "crate::scan", "crate::simulate"];
     must_not_name("runtime/src/feet", &above);
+    must_not_name("runtime/src/figures", &above);
+    must_not_name("runtime/src/feet", &["crate::figures"]);
+    must_not_name("runtime/src/model", &["crate::feet", "crate::figures"]);
     must_not_name("runtime/src/fit", &["crate::variance", "crate::export", "crate::simulate"]);
     must_not_name("runtime/src/variance", &["crate::fit", "crate::simulate"]);
     must_not_name("runtime/src", &["println!", "eprintln!", "std::process", "clap::"]);

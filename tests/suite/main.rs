@@ -18,6 +18,7 @@ mod documentation;
 mod ended;
 mod examples;
 mod exports;
+mod fillets;
 mod held;
 mod inspect;
 #[cfg(unix)]
@@ -27,6 +28,7 @@ mod limits;
 mod messages;
 mod nist;
 mod options;
+mod outlines;
 mod pipe;
 mod prose;
 mod repl;

@@ -1,10 +1,12 @@
 //! Solids by the built command: their meshes are closed, their virtual scans lie on them, and fits and measurements see
 //! what is there of them.
 
-use crate::support::{gmlc, json};
+use crate::support::{fails, gmlc, gmlc_in, json};
 use serde_json::Value;
 use std::collections::HashMap;
+use std::f64::consts::PI;
 use std::fs;
+use std::path::Path;
 use tempfile::tempdir;
 
 const PLATE: &str = "model plate {
@@ -15,6 +17,25 @@ const PLATE: &str = "model plate {
   }
 }
 ";
+
+/// What `gmlc check` says of a script at some values of its parameters.
+pub(crate) fn checked(script: &str, values: &[String]) -> Value {
+    let folder = tempdir().expect("a folder");
+    checked_in(folder.path(), script, values)
+}
+
+/// The same in a folder that may have other files.
+pub(crate) fn checked_in(folder: &Path, script: &str, values: &[String]) -> Value {
+    fs::write(folder.join("model.gml"), script).expect("written");
+    let given = values.iter().flat_map(|value| ["-p", value]);
+    let args: Vec<&str> = ["check", "model.gml", "--json"].into_iter().chain(given).collect();
+    serde_json::from_str(&gmlc(folder, &args)).expect("JSON")
+}
+
+/// The value of a measure.
+pub(crate) fn measure(check: &Value, k: usize) -> f64 {
+    check["measures"][k]["value"].as_f64().expect("a value")
+}
 
 /// A parameter of a fit with its standard deviation.
 fn estimate(fit: &Value, name: &str) -> (f64, f64) {
@@ -31,12 +52,9 @@ fn triangles(bytes: &[u8]) -> Vec<[[u32; 3]; 3]> {
         .collect()
 }
 
-#[test]
-fn the_mesh_of_a_drilled_plate_is_closed() {
-    let folder = tempdir().expect("a folder");
-    fs::write(folder.path().join("plate.gml"), PLATE).expect("written");
-    gmlc(folder.path(), &["mesh", "plate.gml", "-o", "plate.stl"]);
-    let triangles = triangles(&fs::read(folder.path().join("plate.stl")).expect("it is there"));
+/// Panics where a mesh in a binary STL file has an edge that two triangles do not share in opposite senses.
+pub(crate) fn must_be_closed(stl: &Path) {
+    let triangles = triangles(&fs::read(stl).expect("it is there"));
     let mut edges: HashMap<[[u32; 3]; 2], i32> = HashMap::new();
     for corners in &triangles {
         for k in 0..3 {
@@ -45,6 +63,14 @@ fn the_mesh_of_a_drilled_plate_is_closed() {
         }
     }
     assert!(triangles.len() > 100 && edges.values().all(|n| *n == 0), "{} triangles", triangles.len());
+}
+
+#[test]
+fn the_mesh_of_a_drilled_plate_is_closed() {
+    let folder = tempdir().expect("a folder");
+    fs::write(folder.path().join("plate.gml"), PLATE).expect("written");
+    gmlc(folder.path(), &["mesh", "plate.gml", "-o", "plate.stl"]);
+    must_be_closed(&folder.path().join("plate.stl"));
     let check = gmlc(folder.path(), &["check", "plate.gml"]);
     assert!(check.contains("plate.hole[1].wall") && check.contains("closed"), "{check}");
 }
@@ -148,4 +174,181 @@ fn a_model_of_which_nothing_is_left_is_not_closed() {
     fs::write(folder.path().join("nothing.gml"), script).expect("written");
     let check = gmlc(folder.path(), &["check", "nothing.gml"]);
     assert!(check.contains("nothing is left of the model") && !check.contains("closed:"), "{check}");
+}
+
+#[test]
+fn a_plate_with_a_hundred_holes_is_closed() {
+    let script = "model plate {
+  param d: length in 2mm..12mm = 6mm
+  measure volume = volume(plate)
+  let bolt = capped_cylinder(radius: d / 2, height: 5mm)
+  let holes = for i in 0..10 { for j in 0..10 { bolt.translate(((i - 4.5) * 18mm, (j - 4.5) * 18mm, 0mm)) } }
+  part plate = box(width: 200mm, depth: 200mm, height: 5mm) - {hole: separate(concat(for row in holes { row }))}
+}
+";
+    let script = script.replace("concat(for row in holes { row })", "for k in 0..100 { holes[floor(k / 10)][k % 10] }");
+    let check = checked(&script, &[]);
+    assert_eq!(check["closed"], true);
+    let (volume, slope) = (measure(&check, 0), &check["measures"][0]["derivatives"]["d"]);
+    let (truth, by_d) = (200_000.0 - 4500.0 * PI, -1500.0 * PI);
+    assert!((volume / truth - 1.0).abs() < 1e-6, "{volume} for {truth}");
+    assert!((slope.as_f64().expect("a slope") / by_d - 1.0).abs() < 1e-5, "{slope} for {by_d}");
+}
+
+/// Rims between an outline and a hole of the same depth, which no place of the two triangles of a face shows.
+#[test]
+fn tubes_of_outlines_are_closed() {
+    let script = "model tubes {
+  param wall: length in 0.3mm..5mm = 1mm
+  measure of_straight = volume(straight)
+  measure of_spout = volume(spout)
+  fn rectangle(x: length, y: length) = [(x, -y), (x, y), (-x, y), (-x, -y)]
+  part straight = extruded(rectangle(20mm, 30mm), 8mm)
+    - {bore: extruded(rectangle(20mm - wall, 30mm - wall), 8mm)}
+  let cone = lofted(rectangle(9mm, 9mm), rectangle(3mm, 5mm), 8mm)
+    - {bore: lofted(rectangle(9mm - wall, 9mm - wall), rectangle(3mm - wall, 5mm - wall), 8mm)}
+  part spout = cone.translate((90mm, 0mm, 0mm))
+}
+";
+    for wall in [0.4, 1.0, 2.5] {
+        let check = checked(script, &[format!("wall={wall}mm")]);
+        assert_eq!(check["closed"], true, "{check}");
+        // The prismatoid formula: a sixth of both ends and four times the middle.
+        let frustum = |w: f64| {
+            let area = |x: f64, y: f64| 4.0 * (x - w) * (y - w);
+            8.0 / 6.0 * (area(9.0, 9.0) + 4.0 * area(6.0, 7.0) + area(3.0, 5.0))
+        };
+        let truths = [8.0 * (2400.0 - 4.0 * (20.0 - wall) * (30.0 - wall)), frustum(0.0) - frustum(wall)];
+        for (k, truth) in truths.into_iter().enumerate() {
+            let volume = measure(&check, k);
+            assert!((volume / truth - 1.0).abs() < 1e-5, "{wall}: {volume} for {truth}");
+        }
+    }
+}
+
+/// Holes in a floor and bosses on it, whose function of what is there is nowhere larger than the plate is thick.
+#[test]
+fn holes_and_bosses_of_a_pocket_are_found() {
+    let script = "model housing {
+  param x: length = 5mm
+  param y: length = 7mm
+  param r: length = 3mm
+  measure material = volume(drilled)
+  measure floor = area(mounted.cavity.base)
+  let shell = box(width: 60mm, depth: 40mm, height: 8mm)
+    - {cavity: box(width: 56mm, depth: 36mm, height: 6mm).translate((0mm, 0mm, 2mm))}
+  part drilled = shell - {hole: capped_cylinder(radius: r, height: 8mm).translate((x, y, 0mm))}
+  let with_boss = shell + {boss: capped_cylinder(radius: r, height: 5mm).translate((x, y, 2mm))}
+  part mounted = with_boss.translate((0mm, 90mm, 0mm))
+}
+";
+    for (x, y, r) in [(5.0, 7.0, 3.0), (-15.0, 0.0, 3.0), (10.123, -4.5, 0.7), (19.297, 12.0, 1.5), (20.0, 10.0, 4.0)] {
+        let given = [format!("x={x}mm"), format!("y={y}mm"), format!("r={r}mm")];
+        let check = checked(script, &given);
+        assert_eq!(check["closed"], true, "{given:?}: {check}");
+        let circle = PI * r * r;
+        let truths = [60.0 * 40.0 * 8.0 - 56.0 * 36.0 * 6.0 - 2.0 * circle, 56.0 * 36.0 - circle];
+        for (k, truth) in truths.into_iter().enumerate() {
+            let value = measure(&check, k);
+            assert!((value / truth - 1.0).abs() < 1e-5, "{given:?}: {value} for {truth}");
+        }
+    }
+}
+
+/// The triangles of a long bore reach from its middle to its end, where they are cut; a hole in the rest of them is
+/// narrower than the wall is thick.
+#[test]
+fn a_hole_in_the_wall_of_a_long_pipe_is_found() {
+    let script = "model pipe {
+  param lean: angle = 28deg
+  fn along(r) = capped_cylinder(radius: r, height: 240mm).translate((0mm, 0mm, -120mm)).rotate(90deg, (0, 1, 0))
+  let drill = capped_cylinder(radius: 5mm, height: 130mm).rotate(lean, (0, 1, 0))
+  part pipe = along(23mm) - {bore: along(20mm)} - {hole: drill}
+}
+";
+    for lean in ["lean=0deg", "lean=28deg", "lean=-40deg"] {
+        let check = checked(script, &[lean.into()]);
+        assert_eq!(check["closed"], true, "{lean}: {}", check["open_borders"]);
+    }
+}
+
+/// Triangles of walls that are thinner than the chord pass through each other.
+#[test]
+fn thin_tubes_are_not_inside_out() {
+    let script = "model tube {
+  param t: length in 0.01mm..5mm = 1mm
+  measure volume = volume(p)
+  part p = capped_cylinder(radius: 500mm, height: 900mm) - {bore: capped_cylinder(radius: 500mm - t, height: 900mm)}
+}
+";
+    for t in [0.1, 0.5, 1.0] {
+        let check = checked(script, &[format!("t={t}mm")]);
+        assert_eq!(check["diagnostics"], Value::Array(Vec::new()), "{t}");
+        let (volume, truth) = (measure(&check, 0), PI * (1000.0 - t) * t * 900.0);
+        assert!((volume / truth - 1.0).abs() < 1e-4, "{t}: {volume} for {truth}");
+    }
+}
+
+/// Where cylinders touch planes the mesh is open; check says where, and does not call parts inside out for it.
+#[test]
+fn a_mesh_with_gaps_says_so() {
+    let folder = tempdir().expect("a folder");
+    let script = "model cross {
+  param height: length in 10mm..90mm = 30mm
+  let post = capped_cylinder(radius: 5mm, height: height)
+  let bar = capped_cylinder(radius: 4mm, height: 10mm).rotate(90deg, (1, 0, 0))
+  part body = post + {bar: bar.translate((0mm, 5mm, height / 2))}
+}
+";
+    fs::write(folder.path().join("cross.gml"), script).expect("written");
+    let check = checked(script, &[]);
+    let open = check["open_borders"].as_array().expect("borders");
+    for border in open {
+        // The lines x = 0, y = 5 and y = -5.
+        let at: Vec<f64> = border["at"].as_array().expect("a place").iter().map(|c| c.as_f64().expect("mm")).collect();
+        assert!(at[0].abs() < 0.01 && (at[1].abs() - 5.0).abs() < 0.01 && (at[2] - 15.0).abs() < 4.5, "{border}");
+    }
+    let codes: Vec<&str> =
+        check["diagnostics"].as_array().expect("warnings").iter().filter_map(|d| d["code"].as_str()).collect();
+    assert!(!open.is_empty() && codes == ["touching", "touching"], "{codes:?}");
+    let output = gmlc_in(folder.path(), &["mesh", "cross.gml", "-o", "cross.stl"]);
+    let said = String::from_utf8(output.stderr).expect("text");
+    assert!(said.contains("the mesh is not closed: between 'body.wall' and 'body.bar."), "{said}");
+}
+
+#[test]
+fn areas_and_volumes_of_a_fit_have_standard_deviations() {
+    let folder = tempdir().expect("a folder");
+    let script = PLATE.replace(
+        "  let bolt",
+        "  param t: length in 2mm..20mm = 6mm
+  measure material = volume(plate)
+  measure face = area(plate.top)
+  measure ratio = material / face
+  let bolt",
+    );
+    fs::write(folder.path().join("plate.gml"), script.replace("height: 6mm", "height: t")).expect("written");
+    let scan = ["-p", "d=10mm", "-p", "t=8mm", "--spacing", "1mm", "--noise", "0.05mm", "-o", "scan.ply"];
+    gmlc(folder.path(), &[&["scan", "plate.gml"][..], &scan].concat());
+    gmlc(folder.path(), &["fit", "plate.gml", "scan.ply", "-o", "fit.json"]);
+    let fit = json(&folder.path().join("fit.json"));
+    let face = 2400.0 - 50.0 * PI;
+    for (name, truth) in [("material", 8.0 * face), ("face", face), ("ratio", 8.0)] {
+        let measures = fit["measures"].as_array().expect("measures");
+        let measure = measures.iter().find(|m| m["name"] == name).expect("the measure");
+        let (value, sd) = (measure["value"].as_f64().expect("a value"), measure["sd"].as_f64().expect("an sd"));
+        assert!(
+            sd > 0.0 && sd < 0.01 * truth && (value - truth).abs() < 4.0 * sd,
+            "{name}: {value} +- {sd} for {truth}"
+        );
+    }
+}
+
+#[test]
+fn a_measure_of_parts_that_enclose_nothing_is_an_error_with_its_reason() {
+    let folder = tempdir().expect("a folder");
+    let script = PLATE.replace("  let bolt", "  measure v = volume(plate.hole)\n  let bolt");
+    fs::write(folder.path().join("plate.gml"), script).expect("written");
+    let errors = fails(folder.path(), &["check", "plate.gml"], 1);
+    assert!(errors.contains("its parts enclose no volume: plate.hole[0].wall is open"), "{errors}");
 }
