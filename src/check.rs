@@ -141,7 +141,10 @@ impl Checked {
                     }
                     None
                 }
-                Ok(found) => Some(found),
+                Ok((found, passages)) => {
+                    self.diagnostics.extend(passages.iter().map(|p| closedness::passage_warning(program, p)));
+                    Some(found)
+                }
             };
             self.diagnostics.extend(self.closedness.iter().flat_map(|c| closedness::warnings(program, c)));
         }

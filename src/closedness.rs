@@ -3,17 +3,28 @@
 use crate::table;
 use gml_compiler::diagnostic::{Code, Diagnostic};
 use gml_compiler::program::Program;
-use gml_runtime::model::{Closedness, EvaluationError, Model, OpenBorder};
+use gml_runtime::model::{Closedness, EvaluationError, Model, OpenBorder, Passages};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// How the parts of a model meet at some values of its parameters.
+/// How the parts of a model meet at some values of its parameters, and what of them has passed through other walls.
 ///
 /// # Errors
 /// The model cannot be evaluated there.
-pub(crate) fn of(program: &Program, values: &[f64]) -> Result<Closedness, EvaluationError> {
+pub(crate) fn of(program: &Program, values: &[f64]) -> Result<(Closedness, Option<Passages>), EvaluationError> {
     let instance = Model::instantiate(program, values)?;
     program.tolerances(values)?;
-    Closedness::of(program, &*instance)
+    let tessellation = Closedness::tessellation(program, &*instance)?;
+    let closedness = Closedness::with_tessellation(program, &*instance, &tessellation)?;
+    Ok((closedness, Passages::with_tessellation(program, &*instance, &tessellation)?))
+}
+
+/// A warning of walls that pass through each other, said at the part that has most of it.
+pub(crate) fn passage_warning(program: &Program, passages: &Passages) -> Diagnostic {
+    let most = passages.parts.iter().max_by(|(_, a), (_, b)| a.total_cmp(b));
+    let part = most.and_then(|(name, _)| program.parts().iter().position(|part| part.name == *name)).unwrap_or(0);
+    Diagnostic::new(Code::PassedThrough, program.part_span(part), passages.sentence())
+        .label("this has come out of the body that it belongs to, or that out of this")
+        .hint("change the values, or say with 'require' what must hold: no real object is so")
 }
 
 /// Warnings of parts that are inside out, of parts that touch, and of solids of which nothing is left.

@@ -8,7 +8,7 @@ use crate::{convert, outputs, provenance, scanner};
 use gml_compiler::program::Program;
 use gml_runtime::export::scan::{Recorded, ScanFormat};
 use gml_runtime::fit::FittedInput;
-use gml_runtime::model::{Fineness, Model, Motion, Tessellation};
+use gml_runtime::model::{Closedness, Fineness, Model, Motion, Passages, Tessellation};
 use gml_runtime::progress::Progress;
 use gml_runtime::scan::{self, Attributes, ReferenceMesh, Unit};
 use gml_runtime::simulate::{self, ExactSurface, Kind, Truth, VirtualScan};
@@ -83,6 +83,7 @@ fn of_script(args: &VirtualScanArgs, format: ScanFormat) -> Result<(), CommandEr
     let progress = TerminalProgress::new();
     let scan = scan_script(args, &program, &x, motion, &progress);
     progress.finish();
+    warn_of_passages(&program, &x)?;
     let parameters = program.parameters().iter().map(|p| p.name.as_str()).zip(x).collect();
     let scanned = Scanned::Script {
         model: program.name(),
@@ -92,6 +93,18 @@ fn of_script(args: &VirtualScanArgs, format: ScanFormat) -> Result<(), CommandEr
         parameters,
     };
     write(args, format, &scan?, scanned)
+}
+
+/// Says where walls of the model pass through each other: the scan shows what no real object has.
+fn warn_of_passages(program: &Program, x: &[f64]) -> Result<(), CommandError> {
+    let passages = || {
+        let instance = Model::instantiate(program, x)?;
+        Passages::with_tessellation(program, &*instance, &Closedness::tessellation(program, &*instance)?)
+    };
+    if let Some(passages) = passages().map_err(CommandError::failed)? {
+        eprintln!("warning: {}: the scan shows what no real object has", passages.sentence());
+    }
+    Ok(())
 }
 
 /// Scans a script's exact surface.

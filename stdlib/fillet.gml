@@ -147,11 +147,7 @@ fn _beside_ball(f, g, p, radius: length) {
   // Where it does not touch them, as beyond the end of a wall, or where p is not beside it, there is no fillet.
   let off = abs(f(c) - radius) + abs(g(c) - radius) + abs(f(c - a * radius)) + abs(g(c - b * radius))
   let along = abs(dot(from, edge)) / sqrt(d)
-  max(
-    -f(p),
-    -g(p),
-    f(p) - 2 * radius,
-    g(p) - 2 * radius,
+  let away = max(
     radius - norm(from),
     (k * y - x) / d,
     (k * x - y) / d,
@@ -160,4 +156,6 @@ fn _beside_ball(f, g, p, radius: length) {
     // Nor is there where the ball is farther than from the edge of two planes, by half as much again.
     norm(from) - 1.5 * radius / sqrt((1 + k) / 2 + 1e-9),
   )
+  // Far away the steps may end anywhere: what they say of the distance is not told there.
+  max(-f(p), -g(p), f(p) - 2 * radius, g(p) - 2 * radius, min(away, radius / 2))
 }

@@ -164,6 +164,29 @@ fn example_program(name: &str) -> Program {
     compile(source, &NoFiles, &Options::default()).unwrap_or_else(|e| panic!("{e}")).program
 }
 
+/// The inside of a mug comes out through its rounding where that is large: `check` and `scan` say so.
+#[test]
+fn walls_that_pass_through_each_other_are_said() {
+    let folder = tempdir().expect("a folder");
+    let mug = root().join("examples/mug/mug.gml").display().to_string();
+    let passes = |rounding: &str| {
+        let values = ["-p", rounding, "-p", "wall=1.3mm"];
+        let check: Value =
+            serde_json::from_str(&gmlc(folder.path(), &[&["check", &mug, "--json"], &values[..]].concat()))
+                .expect("JSON");
+        let warnings = check["diagnostics"].as_array().expect("warnings");
+        let scan = [&["scan", &mug, "--spacing", "4mm", "-o", "mug.ply"], &values[..]].concat();
+        let said = String::from_utf8(gmlc_in(folder.path(), &scan).stderr).expect("text");
+        (
+            warnings.iter().any(|d| d["code"] == "passed-through"),
+            said.contains("the scan shows what no real object has"),
+        )
+    };
+    assert_eq!(passes("rounding=4mm"), (false, false));
+    // By 0.41 mm, of a diagonal of some 190 mm.
+    assert_eq!(passes("rounding=5.5mm"), (true, true));
+}
+
 /// The largest picture in the repository, in bytes.
 const LARGEST_PICTURE: u64 = 150_000;
 

@@ -1,7 +1,7 @@
 //! Fillets by a rolling ball, hollow solids, and solids of smooth profiles: closed, and of the right volume.
 
-use crate::solids::{checked, measure};
-use crate::support::fails;
+use crate::solids::{checked, measure, must_be_closed};
+use crate::support::{fails, gmlc};
 use gml_compiler::program::{Options, Order, Program, Sites, compile};
 use gml_compiler::source::{NoFiles, SourceFile};
 use rand::{RngExt, SeedableRng};
@@ -109,6 +109,25 @@ fn fillets_and_roundings_of_an_upright_post_are_parts_of_a_torus() {
 }
 
 /// Both edges of a hole are rounded: each loses the section at the side of the material.
+/// Beside a fillet, and far from it, its function of what is inside says nothing that has to be looked at closely: the
+/// mesh has the triangles that its curved surfaces need.
+#[test]
+fn a_fillet_divides_only_what_it_touches() {
+    let folder = tempdir().expect("a folder");
+    let script = "model post {
+  let plate = box(width: 80mm, depth: 40mm, height: 6mm)
+  let post = capped_cylinder(radius: 8mm, height: 30mm).translate((-20mm, 0mm, 0mm))
+  part body = plate + {post: post} + {fillet: rolling_fillet(post.wall, post, plate, 3mm)}
+}
+";
+    fs::write(folder.path().join("post.gml"), script).expect("written");
+    gmlc(folder.path(), &["mesh", "post.gml", "-o", "post.stl"]);
+    must_be_closed(&folder.path().join("post.stl"));
+    let triangles = fs::metadata(folder.path().join("post.stl")).expect("it is there").len() / 50;
+    // 10,000; the base alone, which is plane and nowhere near the fillet, once had 330,000.
+    assert!(triangles < 20_000, "{triangles}");
+}
+
 #[test]
 fn the_edges_of_a_hole_are_rounded() {
     let script = "model hole {

@@ -272,6 +272,34 @@ fn a_hole_in_the_wall_of_a_long_pipe_is_found() {
     }
 }
 
+/// The ends of a lens of two cylinders are discs in polar coordinates about their middles, in which an arc about another
+/// one is straight in (u, v) and not in space.
+#[test]
+fn arcs_across_discs_keep_to_the_chord() {
+    let folder = tempdir().expect("a folder");
+    let script = "model lens {
+  let round = capped_cylinder(radius: 400mm, height: 40mm)
+  part lens = round.translate((-200mm, 0mm, 0mm)) & {other: round.translate((200mm, 0mm, 0mm))}
+}
+";
+    fs::write(folder.path().join("lens.gml"), script).expect("written");
+    let lens = 400.0_f64.powi(2) * (2.0 * PI / 3.0 - 3.0_f64.sqrt() / 2.0) * 40.0;
+    for chord in [0.01, 0.05, 0.5] {
+        gmlc(folder.path(), &["mesh", "lens.gml", "--chord", &format!("{chord}mm"), "-o", "lens.stl"]);
+        must_be_closed(&folder.path().join("lens.stl"));
+        let volume: f64 = triangles(&fs::read(folder.path().join("lens.stl")).expect("it is there"))
+            .iter()
+            .map(|corners| corners.map(|c| c.map(|bits| f64::from(f32::from_bits(bits)))))
+            .map(|[a, b, c]| {
+                let cross = [1, 2, 0].map(|i| b[i] * c[(i + 1) % 3] - b[(i + 1) % 3] * c[i]);
+                (a[0] * cross[0] + a[1] * cross[1] + a[2] * cross[2]) / 6.0
+            })
+            .sum();
+        // Its wall is 40 mm x 2 x 838 mm, from which chords may be off as far as that.
+        assert!((volume - lens).abs() < chord * 40.0 * 1676.0, "{chord}: {volume}, not {lens}");
+    }
+}
+
 /// Triangles of walls that are thinner than the chord pass through each other.
 #[test]
 fn thin_tubes_are_not_inside_out() {

@@ -130,6 +130,7 @@ codes! {
         NoInfluence "no-influence",
         NoParts "no-parts",
         NothingLeft "nothing-left",
+        PassedThrough "passed-through",
         Touching "touching",
         UnreachableBound "unreachable-bound",
         UnusedName "unused-name",

@@ -67,7 +67,7 @@ impl Closedness {
     /// The surface cannot be evaluated.
     pub fn of(model: &dyn Model, instance: &dyn Instance) -> Result<Self, EvaluationError> {
         if model.is_trimmed() {
-            return Self::of_trimmed(model, instance);
+            return Self::of_trimmed(model, instance, &Self::tessellation(model, instance)?.mesh);
         }
         let of_patch = |patch| intervals::of_patch(instance, patch, &Breaks::of_patch(instance, patch)?);
         let axes = (0..model.parts().len()).map(of_patch).collect::<Result<Vec<_>, _>>()?;
@@ -86,10 +86,33 @@ impl Closedness {
         Self::of_joints(&joints, open, mesh)
     }
 
+    /// The same where the triangles of [`Self::tessellation`] are at hand.
+    ///
+    /// # Errors
+    /// The surface cannot be evaluated.
+    pub fn with_tessellation(
+        model: &dyn Model,
+        instance: &dyn Instance,
+        tessellation: &Tessellation,
+    ) -> Result<Self, EvaluationError> {
+        match model.is_trimmed() {
+            true => Self::of_trimmed(model, instance, &tessellation.mesh),
+            false => Self::of(model, instance),
+        }
+    }
+
+    /// The triangles by which the edges of trimmed parts are looked at.
+    ///
+    /// # Errors
+    /// The surface cannot be evaluated.
+    pub fn tessellation(model: &dyn Model, instance: &dyn Instance) -> Result<Tessellation, EvaluationError> {
+        Tessellation::relative(model, instance, CHORD_OF_TRIMMED)
+    }
+
     /// The same of a model with trimmed parts: by the edges of its triangles. Those of thin walls may pass through each
     /// other, so that a body seems to be turned inside out: then finer ones are asked.
-    fn of_trimmed(model: &dyn Model, instance: &dyn Instance) -> Result<Self, EvaluationError> {
-        let closedness = Self::of_parts(&Tessellation::relative(model, instance, CHORD_OF_TRIMMED)?.mesh)?;
+    fn of_trimmed(model: &dyn Model, instance: &dyn Instance, mesh: &TriangleMesh) -> Result<Self, EvaluationError> {
+        let closedness = Self::of_parts(mesh)?;
         if closedness.inverted.is_empty() {
             return Ok(closedness);
         }

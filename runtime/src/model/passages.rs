@@ -18,6 +18,11 @@ const FIRST: usize = 4;
 /// of a few rings lie about each place. A tube of 440,000 took 20 s, and a second by those of its material.
 const MOST_TRIANGLES: usize = 100_000;
 
+/// Triangles of a rough tessellation (its chord a thousandth of the diagonal) up to which a finer one is made, which
+/// shows walls that pass by a thousandth of the diagonal and not only by some eight. A plate with a hundred holes has
+/// twice as many, and would wait for seconds.
+const MOST_ROUGH: usize = 10_000;
+
 /// Surface that has passed through another wall of its model, as much as is worth a sentence.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Passages {
@@ -52,6 +57,22 @@ impl Passages {
         let parts = names.iter().cloned().zip(areas).filter(|(_, area)| *area > 0.0).collect();
         // The middle of a ring would be none of its places.
         Some(Self { parts, place: passed[passed.len() / 2] })
+    }
+
+    /// The passages of a model with a rough tessellation: of what has few triangles by finer ones.
+    ///
+    /// # Errors
+    /// The surface cannot be evaluated.
+    pub fn with_tessellation(
+        model: &dyn Model,
+        instance: &dyn Instance,
+        rough: &Tessellation,
+    ) -> Result<Option<Self>, EvaluationError> {
+        if rough.mesh.triangles.len() > MOST_ROUGH {
+            return Self::of_tessellation(rough, model, instance);
+        }
+        let fineness = Material::fineness(rough.mesh.bounds().diagonal());
+        Self::of_tessellation(&Tessellation::new(model, instance, fineness)?, model, instance)
     }
 
     /// The passages that a model's triangles show.

@@ -92,10 +92,15 @@ impl Cell {
 }
 
 impl Refinement<'_> {
+    /// Whether a triangle can hide something that is larger than a few chords.
+    pub(super) fn is_large(&self, triangle: usize) -> bool {
+        self.longest_side(triangle) > SMALL * self.chord
+    }
+
     /// Which of some triangles have a place on the other side of zero than is said of each.
     pub(super) fn hide(&self, triangles: &[Seen], keeps: &[Option<usize>]) -> Result<Vec<bool>, EvaluationError> {
         let mut hide = vec![false; triangles.len()];
-        let is_large = |k: &usize| self.longest_side(triangles[*k].triangle) > SMALL * self.chord;
+        let is_large = |k: &usize| self.is_large(triangles[*k].triangle);
         let least = 0.5 * SMALL * self.chord;
         let finest = |seen: &Seen| least.max(REACH * FINEST * self.longest_side(seen.triangle));
         let finest: Vec<f64> = triangles.iter().map(finest).collect();

@@ -4,13 +4,18 @@ use super::hidden::{Divided, Seen, Side};
 use super::level::{LEVEL_BELOW, is_level};
 use super::measure::PLACES;
 use super::refine::{Refinement, between};
-use crate::model::EvaluationError;
+use super::stitch::step;
+use crate::model::{EvaluationError, Partials};
+use glam::DVec3;
 use std::collections::HashMap;
 
 /// Bisections of a zero on a side where it only says whether the edge is straight.
 const ROUGH_BISECTIONS: usize = 30;
 /// Where between the crossings of an edge its straightness is asked for.
 const ALONG: [f64; 3] = [0.25, 0.5, 0.75];
+/// Newton's steps from where a place on the line between them is roughly in (u, v): that is off by the square of the
+/// length of the triangle, and each step squares what is left.
+const FOOT_STEPS: usize = 2;
 /// The corners of a triangle in barycentric coordinates.
 pub(super) const CORNERS: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 /// The part of the chord by which the edge of a trimmed patch may leave its segments.
@@ -128,6 +133,11 @@ impl Refinement<'_> {
         if is_level(values) {
             return Stand::Level;
         }
+        // Beside an edge along which solids are tangent a function grows with the square of the distance, and no triangle
+        // would be small enough: what may be missed is no more than what hides in a small one.
+        if !self.is_large(triangle) {
+            return Stand::Clear;
+        }
         let slope = self.slope(triangle, values);
         let linear = |w: &[f64; 3]| (0..3).map(|k| w[k] * values[k]).sum::<f64>();
         let bend = places.iter().zip(values).map(|(w, value)| (value - linear(w)).abs()).fold(0.0, f64::max) / slope;
@@ -162,10 +172,10 @@ impl Refinement<'_> {
         let slope = self.slope(triangle, values);
         places.iter().zip(values).all(|(place, value)| {
             let distance = line.beyond(position(*place));
-            let is_level = value.abs() < LEVEL_BELOW;
+            let says_little = value.abs() < LEVEL_BELOW || !self.is_large(triangle);
             distance.abs() <= self.chord
                 || sign(*value) == 0
-                || (value * distance > 0.0 && (is_level || value.abs() > NEARER * distance.abs() * slope))
+                || (value * distance > 0.0 && (says_little || value.abs() > NEARER * distance.abs() * slope))
         })
     }
 
@@ -196,12 +206,17 @@ impl Refinement<'_> {
         });
         let [first, second] = crossings;
         let (first, second) = (first?, second?);
+        let ends = [self.points_at(&numbers, &first)?, self.points_at(&numbers, &second)?];
         let mut straight = vec![true; triangles.len()];
         for along in ALONG {
             for (towards, is_lone) in [(1.0, true), (-1.0, false)] {
-                let beside = |k: usize| self.beside(numbers[k], lone[k], [first[k], second[k]], along, towards);
-                let places: Vec<_> = (0..numbers.len()).map(beside).collect();
-                for (k, value) in self.values_at(&numbers, &places, keeps)?.into_iter().enumerate() {
+                let beside = |k: usize| {
+                    let ends = [ends[0][k], ends[1][k]];
+                    self.beside(numbers[k], lone[k], [first[k], second[k]], ends, along, towards)
+                };
+                let (places, targets): (Vec<_>, Vec<_>) = (0..numbers.len()).map(beside).unzip();
+                let places = self.feet(&numbers, places, &targets)?;
+                for (k, value) in self.keeps_at(&numbers, &places, keeps)?.into_iter().enumerate() {
                     straight[k] &= ((value > 0.0) == is_there(k)) == is_lone;
                 }
             }
@@ -209,18 +224,65 @@ impl Refinement<'_> {
         Ok(straight.into_iter().zip(first.into_iter().zip(second).map(|(p, q)| [p, q])).collect())
     }
 
-    /// A place beside the line between two places of a triangle, towards a corner of it or away, as far as the edge may
-    /// leave that line.
-    fn beside(&self, triangle: usize, corner: usize, line: [[f64; 3]; 2], along: f64, towards: f64) -> [f64; 3] {
-        let corners = self.mesh.corners(self.mesh.triangles[triangle]);
-        let middle = between(line[0], line[1], along);
-        let [p, q, m] = [line[0], line[1], middle].map(self.position(triangle));
+    /// A place beside the line in space between the ends of the edge in a triangle, towards a corner of it or away, as
+    /// far as the edge may leave that line: roughly where it is in (u, v), and in space. In the polar coordinates of a
+    /// disc what is straight in (u, v) is not so in space.
+    fn beside(
+        &self,
+        triangle: usize,
+        corner: usize,
+        line: [[f64; 3]; 2],
+        [p, q]: [DVec3; 2],
+        along: f64,
+        towards: f64,
+    ) -> ([f64; 2], DVec3) {
+        let middle = p.lerp(q, along);
         let direction = (q - p).normalize_or_zero();
-        let across = corners[corner] - m;
-        let height = (across - direction * across.dot(direction)).length();
-        // A step towards the corner whose height over the line is what is allowed, and not more than the corner's.
-        let step = (SHARE * self.chord / height.max(f64::MIN_POSITIVE)).min(0.5) * towards;
-        between(middle, CORNERS[corner], step)
+        let to_corner = self.mesh.corners(self.mesh.triangles[triangle])[corner] - middle;
+        let across = to_corner - direction * to_corner.dot(direction);
+        // A step towards the corner whose height over the line is what is allowed, and not more than half the corner's.
+        let step = (SHARE * self.chord / across.length().max(f64::MIN_POSITIVE)).min(0.5) * towards;
+        let rough = between(between(line[0], line[1], along), CORNERS[corner], step);
+        let (u, v) = self.uv(triangle)(rough);
+        ([u.clamp(0.0, 1.0), v.clamp(0.0, 1.0)], middle + across * step)
+    }
+
+    /// The places in space of places in triangles.
+    fn points_at(&self, triangles: &[usize], places: &[[f64; 3]]) -> Result<Vec<DVec3>, EvaluationError> {
+        let at = triangles.iter().zip(places).map(|(triangle, weights)| self.uv(*triangle)(*weights));
+        let at: Vec<[f64; 2]> = at.map(|(u, v)| [u, v].map(|x| x.clamp(0.0, 1.0))).collect();
+        Ok(self.partials_at(triangles, &at)?.iter().map(|p| DVec3::from_array(p.point)).collect())
+    }
+
+    /// The (u, v) of the patch of each triangle that is nearest to a place, from one that is near it.
+    fn feet(
+        &self,
+        triangles: &[usize],
+        mut at: Vec<[f64; 2]>,
+        targets: &[DVec3],
+    ) -> Result<Vec<[f64; 2]>, EvaluationError> {
+        for _ in 0..FOOT_STEPS {
+            let partials = self.partials_at(triangles, &at)?;
+            for ((uv, p), target) in at.iter_mut().zip(&partials).zip(targets) {
+                if let Some((du, dv)) = step(p, *target) {
+                    *uv = [(uv[0] + du).clamp(0.0, 1.0), (uv[1] + dv).clamp(0.0, 1.0)];
+                }
+            }
+        }
+        Ok(at)
+    }
+
+    /// The surface at (u, v) of the patch of each triangle.
+    fn partials_at(&self, triangles: &[usize], at: &[[f64; 2]]) -> Result<Vec<Partials>, EvaluationError> {
+        let mut partials = vec![Partials::default(); at.len()];
+        let mut first = 0;
+        for run in triangles.chunk_by(|a, b| self.patches[*a] == self.patches[*b]) {
+            let next = first + run.len();
+            let (u, v): (Vec<f64>, Vec<f64>) = at[first..next].iter().map(|[u, v]| (*u, *v)).unzip();
+            self.instance.partials(self.patches[run[0]] as usize, &u, &v, &mut partials[first..next])?;
+            first = next;
+        }
+        Ok(partials)
     }
 
     /// The value of the function at one place of each triangle.
@@ -230,12 +292,24 @@ impl Refinement<'_> {
         places: &[[f64; 3]],
         keeps: &[Option<usize>],
     ) -> Result<Vec<f64>, EvaluationError> {
+        let at = triangles.iter().zip(places).map(|(triangle, weights)| self.uv(*triangle)(*weights));
+        let at: Vec<[f64; 2]> = at.map(|(u, v)| [u, v].map(|x| x.clamp(0.0, 1.0))).collect();
+        self.keeps_at(triangles, &at, keeps)
+    }
+
+    /// The value of the function at (u, v) of the patch of each triangle.
+    fn keeps_at(
+        &self,
+        triangles: &[usize],
+        at: &[[f64; 2]],
+        keeps: &[Option<usize>],
+    ) -> Result<Vec<f64>, EvaluationError> {
         let mut values = Vec::with_capacity(triangles.len());
         let mut first = 0;
         for run in triangles.chunk_by(|a, b| self.patches[*a] == self.patches[*b]) {
-            let at = run.iter().zip(&places[first..]).map(|(triangle, weights)| self.uv(*triangle)(*weights));
-            let (u, v): (Vec<f64>, Vec<f64>) = at.map(|(u, v)| (u.clamp(0.0, 1.0), v.clamp(0.0, 1.0))).unzip();
-            first += run.len();
+            let next = first + run.len();
+            let (u, v): (Vec<f64>, Vec<f64>) = at[first..next].iter().map(|[u, v]| (*u, *v)).unzip();
+            first = next;
             let Some(keep) = keeps[self.patches[run[0]] as usize] else { continue };
             values.extend(self.instance.keeps(keep, &u, &v)?);
         }

@@ -362,7 +362,7 @@ fn add_at(mesh: &mut Refinement<'_>, [a, b]: [u32; 2], vertex: u32) -> Result<u3
 }
 
 /// The step in u and v towards the foot of a point.
-fn step(p: &Partials, target: DVec3) -> Option<(f64, f64)> {
+pub(super) fn step(p: &Partials, target: DVec3) -> Option<(f64, f64)> {
     let [point, du, dv] = [p.point, p.du, p.dv].map(DVec3::from_array);
     let (gap, e, f, g) = (target - point, du.dot(du), du.dot(dv), dv.dot(dv));
     let (x, y, det) = (gap.dot(du), gap.dot(dv), e * g - f * f);
