@@ -245,14 +245,14 @@ model plate {
     hole: for i in 0..2 { capped_cylinder(radius: 3mm).translate((i * x, 0mm, 0mm)) },
   }
 }
-// --- a floor that is thicker than its tin is high
+// --- a floor below the foot
 use std.frame (translate)
 use std.surface (annulus, cylinder, disc, flip)
 model tin {
-  param floor: length in 1mm..40mm = 12mm
-  part outside = cylinder(30mm, 10mm)
+  param floor: length in -5mm..5mm = -1mm
+  part outside = cylinder(30mm, 40mm)
   part foot = flip(disc(30mm))
-  part rim = annulus(28mm, 30mm).translate((0mm, 0mm, 10mm))
-  part inside = flip(cylinder(28mm, 10mm - floor)).translate((0mm, 0mm, floor))
+  part rim = annulus(28mm, 30mm).translate((0mm, 0mm, 40mm))
+  part inside = flip(cylinder(28mm, 40mm - floor)).translate((0mm, 0mm, floor))
   part bottom = disc(28mm).translate((0mm, 0mm, floor))
 }

@@ -272,8 +272,8 @@ fn a_hole_in_the_wall_of_a_long_pipe_is_found() {
     }
 }
 
-/// The ends of a lens of two cylinders are discs in polar coordinates about their middles, in which an arc about another
-/// one is straight in (u, v) and not in space.
+/// The ends of a lens of two cylinders are discs in polar coordinates about their middles, in which what is straight in
+/// (u, v) is not so in space.
 #[test]
 fn arcs_across_discs_keep_to_the_chord() {
     let folder = tempdir().expect("a folder");

@@ -133,8 +133,8 @@ impl Refinement<'_> {
         if is_level(values) {
             return Stand::Level;
         }
-        // Beside an edge along which solids are tangent a function grows with the square of the distance, and no triangle
-        // would be small enough: what may be missed is no more than what hides in a small one.
+        // Beside an edge along which solids are tangent a function grows with the square of the distance, and no
+        // triangle would be small enough: what may be missed is no more than what hides in a small one.
         if !self.is_large(triangle) {
             return Stand::Clear;
         }
