@@ -26,6 +26,9 @@ const LEAST_SLOPE: f64 = 1e-3;
 /// Values so near to zero are on the edge, in millimetres: a tenth of what `std.solid` looks beside a surface, where
 /// another one may coincide with it.
 pub(super) const ZERO: f64 = 1e-7;
+/// Triangles whose longest side is so many chords hide nothing between the places that are asked of them, which are a
+/// quarter of that apart.
+const TINY: f64 = 4.0;
 /// Where the function is less than this part of what its slope says of the distance from an edge, another is near.
 const NEARER: f64 = 0.5;
 
@@ -133,12 +136,10 @@ impl Refinement<'_> {
         if is_level(values) {
             return Stand::Level;
         }
-        // Beside an edge along which solids are tangent a function grows with the square of the distance, and no
-        // triangle would be small enough: what may be missed is no more than what hides in a small one.
-        if !self.is_large(triangle) {
-            return Stand::Clear;
-        }
-        let slope = self.slope(triangle, values);
+        // Beside an edge along which solids are tangent a function grows with the square of the distance, and by its
+        // own slope no triangle would be small enough: in small ones its values are distances.
+        let least = if self.is_large(triangle) { LEAST_SLOPE } else { 1.0 };
+        let slope = self.slope(triangle, values).max(least);
         let linear = |w: &[f64; 3]| (0..3).map(|k| w[k] * values[k]).sum::<f64>();
         let bend = places.iter().zip(values).map(|(w, value)| (value - linear(w)).abs()).fold(0.0, f64::max) / slope;
         let near = values.iter().map(|value| value.abs()).fold(f64::INFINITY, f64::min) / slope;
@@ -170,9 +171,10 @@ impl Refinement<'_> {
     fn is_all(&self, triangle: usize, line: &Divided, values: &[f64], places: &[[f64; 3]]) -> bool {
         let position = self.position(triangle);
         let slope = self.slope(triangle, values);
+        let is_tiny = self.longest_side(triangle) <= TINY * self.chord;
         places.iter().zip(values).all(|(place, value)| {
             let distance = line.beyond(position(*place));
-            let says_little = value.abs() < LEVEL_BELOW || !self.is_large(triangle);
+            let says_little = value.abs() < LEVEL_BELOW || is_tiny;
             distance.abs() <= self.chord
                 || sign(*value) == 0
                 || (value * distance > 0.0 && (says_little || value.abs() > NEARER * distance.abs() * slope))
