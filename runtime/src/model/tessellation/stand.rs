@@ -246,7 +246,7 @@ impl Refinement<'_> {
         let step = (SHARE * self.chord / across.length().max(f64::MIN_POSITIVE)).min(0.5) * towards;
         let rough = between(between(line[0], line[1], along), CORNERS[corner], step);
         let (u, v) = self.uv(triangle)(rough);
-        ([u.clamp(0.0, 1.0), v.clamp(0.0, 1.0)], middle + across * step)
+        ([u.clamp(0.0, 1.0), v.clamp(0.0, 1.0)], middle + to_corner * step)
     }
 
     /// The places in space of places in triangles.
