@@ -88,6 +88,11 @@ fn nothing_left_warnings(program: &Program, gone: &[usize]) -> Vec<Diagnostic> {
     warnings
 }
 
+/// Words for where an open border is, with a blank before; none where that is not known.
+pub(crate) fn near(open: &OpenBorder) -> String {
+    open.at.map_or_else(String::new, |at| format!(" near {}", table::place(at)))
+}
+
 /// Whether the parts enclose something, in a line.
 pub(crate) fn line(program: &Program, closedness: &Closedness) -> String {
     const MOST: usize = 8;
@@ -98,8 +103,7 @@ pub(crate) fn line(program: &Program, closedness: &Closedness) -> String {
         return "closed: the borders of all parts meet\n".to_owned();
     }
     let place = |open: &OpenBorder| {
-        let near = open.at.map_or_else(String::new, |at| format!(" near {}", table::place(at)));
-        format!("{} where {}{near} ({:.3} mm)", program.parts()[open.patch].name, open.side, open.length)
+        format!("{} where {}{} ({:.3} mm)", program.parts()[open.patch].name, open.side, near(open), open.length)
     };
     let mut places: Vec<String> = closedness.open.iter().take(MOST).map(place).collect();
     if closedness.open.len() > MOST {

@@ -1,12 +1,12 @@
 //! `gmlc mesh`.
 
 use crate::cli::MeshArgs;
+use crate::closedness::near;
 use crate::error::CommandError;
 use crate::outputs;
 use crate::picture::{self, Framing};
 use crate::progress::TerminalProgress;
 use crate::script::{Valued, compile_valued};
-use crate::table;
 use gml_compiler::program::Program;
 use gml_runtime::export::mesh::MeshFormat;
 use gml_runtime::export::scan::{Recorded, ScanFormat};
@@ -137,7 +137,6 @@ fn gap(program: &Program, mesh: &TriangleMesh) -> Option<String> {
     let ends = |open: &&OpenBorder| !is_gap(open) && Model::keep(program, open.patch).is_some();
     let length = |all: &[&OpenBorder]| all.iter().map(|open| open.length).sum::<f64>();
     let name = |patch: usize| &program.parts()[patch].name;
-    let near = |open: &OpenBorder| open.at.map_or_else(String::new, |at| format!(" near {}", table::place(at)));
     let gaps: Vec<&OpenBorder> = open.iter().filter(is_gap).collect();
     if let Some(widest) = widest(&gaps) {
         let place = match widest.beside {

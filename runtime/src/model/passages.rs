@@ -71,8 +71,7 @@ impl Passages {
         if rough.mesh.triangles.len() > MOST_ROUGH {
             return Self::of_tessellation(rough, model, instance);
         }
-        let fineness = Material::fineness(rough.mesh.bounds().diagonal());
-        Self::of_tessellation(&Tessellation::new(model, instance, fineness)?, model, instance)
+        Self::shown_by(&of_material(rough, model, instance)?, model, instance)
     }
 
     /// The passages that a model's triangles show.
@@ -84,12 +83,17 @@ impl Passages {
         model: &dyn Model,
         instance: &dyn Instance,
     ) -> Result<Option<Self>, EvaluationError> {
-        let coarser = (tessellation.mesh.triangles.len() > MOST_TRIANGLES).then(|| {
-            let diagonal = tessellation.mesh.bounds().diagonal();
-            Tessellation::new(model, instance, Material::fineness(diagonal))
-        });
-        let coarser = coarser.transpose()?;
-        let tessellation = coarser.as_ref().unwrap_or(tessellation);
+        let coarser =
+            (tessellation.mesh.triangles.len() > MOST_TRIANGLES).then(|| of_material(tessellation, model, instance));
+        Self::shown_by(coarser.transpose()?.as_ref().unwrap_or(tessellation), model, instance)
+    }
+
+    /// The same of triangles as they are.
+    fn shown_by(
+        tessellation: &Tessellation,
+        model: &dyn Model,
+        instance: &dyn Instance,
+    ) -> Result<Option<Self>, EvaluationError> {
         let mesh = &tessellation.mesh;
         let (places, each) = places(mesh);
         let scale = Material::scale(mesh.bounds().diagonal(), tessellation.chord);
@@ -119,6 +123,15 @@ impl Passages {
             parts.join(", ")
         )
     }
+}
+
+/// The triangles by which the material of a model with a tessellation is told.
+fn of_material(
+    tessellation: &Tessellation,
+    model: &dyn Model,
+    instance: &dyn Instance,
+) -> Result<Tessellation, EvaluationError> {
+    Tessellation::new(model, instance, Material::fineness(tessellation.mesh.bounds().diagonal()))
 }
 
 /// Places spread over a mesh by its area, and the area that each stands for.

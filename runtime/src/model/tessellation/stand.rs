@@ -138,8 +138,8 @@ impl Refinement<'_> {
         }
         // Beside an edge along which solids are tangent a function grows with the square of the distance, and by its
         // own slope no triangle would be small enough: in small ones its values are distances.
-        let least = if self.is_large(triangle) { LEAST_SLOPE } else { 1.0 };
-        let slope = self.slope(triangle, values).max(least);
+        let slope = self.slope(triangle, values);
+        let slope = if self.is_large(triangle) { slope } else { slope.max(1.0) };
         let linear = |w: &[f64; 3]| (0..3).map(|k| w[k] * values[k]).sum::<f64>();
         let bend = places.iter().zip(values).map(|(w, value)| (value - linear(w)).abs()).fold(0.0, f64::max) / slope;
         let near = values.iter().map(|value| value.abs()).fold(f64::INFINITY, f64::min) / slope;
@@ -251,9 +251,8 @@ impl Refinement<'_> {
 
     /// The places in space of places in triangles.
     fn points_at(&self, triangles: &[usize], places: &[[f64; 3]]) -> Result<Vec<DVec3>, EvaluationError> {
-        let at = triangles.iter().zip(places).map(|(triangle, weights)| self.uv(*triangle)(*weights));
-        let at: Vec<[f64; 2]> = at.map(|(u, v)| [u, v].map(|x| x.clamp(0.0, 1.0))).collect();
-        Ok(self.partials_at(triangles, &at)?.iter().map(|p| DVec3::from_array(p.point)).collect())
+        let partials = self.partials_at(triangles, &self.uvs(triangles, places))?;
+        Ok(partials.iter().map(|p| DVec3::from_array(p.point)).collect())
     }
 
     /// The (u, v) of the patch of each triangle that is nearest to a place, from one that is near it.
@@ -294,9 +293,13 @@ impl Refinement<'_> {
         places: &[[f64; 3]],
         keeps: &[Option<usize>],
     ) -> Result<Vec<f64>, EvaluationError> {
+        self.keeps_at(triangles, &self.uvs(triangles, places), keeps)
+    }
+
+    /// (u, v) of one place of each triangle.
+    fn uvs(&self, triangles: &[usize], places: &[[f64; 3]]) -> Vec<[f64; 2]> {
         let at = triangles.iter().zip(places).map(|(triangle, weights)| self.uv(*triangle)(*weights));
-        let at: Vec<[f64; 2]> = at.map(|(u, v)| [u, v].map(|x| x.clamp(0.0, 1.0))).collect();
-        self.keeps_at(triangles, &at, keeps)
+        at.map(|(u, v)| [u, v].map(|x| x.clamp(0.0, 1.0))).collect()
     }
 
     /// The value of the function at (u, v) of the patch of each triangle.
