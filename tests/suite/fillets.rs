@@ -108,7 +108,6 @@ fn fillets_and_roundings_of_an_upright_post_are_parts_of_a_torus() {
     assert!((lost / (2.0 * PI * (r - middle) * area) - 1.0).abs() < 2e-3, "{lost}");
 }
 
-/// Both edges of a hole are rounded: each loses the section at the side of the material.
 /// Beside a fillet, and far from it, its function of what is inside says nothing that has to be looked at closely: the
 /// mesh has the triangles that its curved surfaces need.
 #[test]
@@ -128,6 +127,7 @@ fn a_fillet_divides_only_what_it_touches() {
     assert!(triangles < 40_000, "{triangles}");
 }
 
+/// Both edges of a hole are rounded: each loses the section at the side of the material.
 #[test]
 fn the_edges_of_a_hole_are_rounded() {
     let script = "model hole {

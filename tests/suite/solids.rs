@@ -300,6 +300,34 @@ fn arcs_across_discs_keep_to_the_chord() {
     }
 }
 
+/// Edges that run along u or v are lines of the mesh: the triangles of a long pole are not divided beside its slots, nor
+/// are those of a face beside an edge along which another solid is tangent.
+#[test]
+fn straight_edges_need_few_triangles() {
+    let folder = tempdir().expect("a folder");
+    let pole = "model pole {
+  let slot = box(width: 60mm, depth: 200mm, height: 45mm)
+  part pole = capped_cylinder(radius: 80mm, height: 3000mm)
+    - {slot: for i in 0..8 { slot.translate((70mm, 0mm, 0mm)).rotate(i * 24deg).translate((0mm, 0mm, 100mm + 330mm * i)) }}
+}
+";
+    let arch = "model arch {
+  let round = capped_cylinder(radius: 1600mm, height: 500mm).rotate(-90deg, (1, 0, 0))
+  let lens = round.translate((-800mm, 0mm, 0mm)) & {other: round.translate((800mm, 0mm, 0mm))}
+  part arch = box(width: 1600mm, depth: 500mm, height: 900mm).translate((0mm, 250mm, -900mm)) + {arch: lens}
+}
+";
+    // 14,000 and 9,000; the slots alone once took 100,000, and the sides of the arch's box 6,000 each.
+    for (name, script, most) in [("pole", pole, 25_000), ("arch", arch, 16_000)] {
+        fs::write(folder.path().join("model.gml"), script).expect("written");
+        let stl = format!("{name}.stl");
+        gmlc(folder.path(), &["mesh", "model.gml", "-o", &stl]);
+        must_be_closed(&folder.path().join(&stl));
+        let triangles = fs::metadata(folder.path().join(&stl)).expect("it is there").len() / 50;
+        assert!(triangles < most, "{name}: {triangles}");
+    }
+}
+
 /// Triangles of walls that are thinner than the chord pass through each other.
 #[test]
 fn thin_tubes_are_not_inside_out() {

@@ -20,8 +20,10 @@ const FINEST: f64 = 1.0 / 64.0;
 const SMALL: f64 = 16.0;
 /// How far the corners of a triangle of equal sides are from its middle, in sides.
 const REACH: f64 = 0.58;
-/// The most cells of all triangles that are looked at in a round: some 10 s of a large model.
-const MOST_CELLS: usize = 2_000_000;
+/// How many triangles that follow each other, and so are mostly neighbours, are looked at as one at first.
+const GROUP: usize = 32;
+/// The most cells at a time of a batch of triangles (`trim`): 400 for each. A thread takes 20 megabytes for them.
+const MOST_CELLS: usize = 200_000;
 
 /// A triangle, and what the places that were asked say of it.
 pub(super) struct Seen {
@@ -100,31 +102,64 @@ impl Refinement<'_> {
     /// Which of some triangles have a place on the other side of zero than is said of each.
     pub(super) fn hide(&self, triangles: &[Seen], keeps: &[Option<usize>]) -> Result<Vec<bool>, EvaluationError> {
         let mut hide = vec![false; triangles.len()];
-        let is_large = |k: &usize| self.is_large(triangles[*k].triangle);
         let least = 0.5 * SMALL * self.chord;
         let finest = |seen: &Seen| least.max(REACH * FINEST * self.longest_side(seen.triangle));
         let finest: Vec<f64> = triangles.iter().map(finest).collect();
-        let mut cells: Vec<Cell> =
-            (0..triangles.len()).filter(is_large).map(|of| Cell { of, corners: CORNERS }).collect();
+        let ways: Vec<_> = triangles.iter().map(|t| (self.uv(t.triangle), self.position(t.triangle))).collect();
+        let mut cells = self.near_zero(triangles, keeps)?;
         // The parts become finer than what is looked for, so that there is an end.
         while !cells.is_empty() && cells.len() <= MOST_CELLS {
             let numbers: Vec<usize> = cells.iter().map(|cell| triangles[cell.of].triangle).collect();
-            let middles: Vec<[f64; 3]> = cells.iter().map(Cell::middle).collect();
-            let values = self.values_at(&numbers, &middles, keeps)?;
+            let middle = |cell: &Cell| {
+                let (u, v) = ways[cell.of].0(cell.middle());
+                [u.clamp(0.0, 1.0), v.clamp(0.0, 1.0)]
+            };
+            let middles: Vec<[f64; 2]> = cells.iter().map(middle).collect();
+            let values = self.keeps_at(&numbers, &middles, keeps)?;
             let mut next = Vec::new();
             for (cell, value) in cells.iter().zip(values) {
-                let seen = &triangles[cell.of];
-                let position = self.position(seen.triangle);
+                let (seen, position) = (&triangles[cell.of], &ways[cell.of].1);
                 let expected = seen.expected(position(cell.middle()), self.chord);
                 hide[cell.of] |= sign(value) * expected < 0;
-                let reach = cell.reach(&position);
+                let reach = cell.reach(position);
                 if !hide[cell.of] && reach > finest[cell.of] && value.abs() < STEEPEST * reach {
-                    next.extend(cell.halves(&position));
+                    next.extend(cell.halves(position));
                 }
             }
             next.retain(|cell| !hide[cell.of]);
             cells = next;
         }
         Ok(hide)
+    }
+
+    /// The large ones of some triangles, without those of groups that are far from zero as a whole: most of a wall of
+    /// which a small part is there are slender triangles, each of which alone is near it for its length.
+    fn near_zero(&self, triangles: &[Seen], keeps: &[Option<usize>]) -> Result<Vec<Cell>, EvaluationError> {
+        let large: Vec<usize> = (0..triangles.len()).filter(|k| self.is_large(triangles[*k].triangle)).collect();
+        let patch = |k: &usize| self.patches[triangles[*k].triangle];
+        let groups: Vec<&[usize]> =
+            large.chunk_by(|a, b| patch(a) == patch(b)).flat_map(|of_patch| of_patch.chunks(GROUP)).collect();
+        let corners = |k: &usize| self.mesh.triangles[triangles[*k].triangle];
+        // A place of the patch among their corners.
+        let middle = |group: &&[usize]| {
+            let all = group.iter().flat_map(corners).map(|i| &self.origins[i as usize]);
+            let [u, v] = all.fold([0.0; 2], |[u, v], at| [u + at.u, v + at.v]);
+            [u, v].map(|sum| sum / (3 * group.len()) as f64)
+        };
+        let middles: Vec<[f64; 2]> = groups.iter().map(middle).collect();
+        let numbers: Vec<usize> = groups.iter().map(|group| triangles[group[0]].triangle).collect();
+        let values = self.keeps_at(&numbers, &middles, keeps)?;
+        let places = self.partials_at(&numbers, &middles)?;
+        let mut cells = Vec::new();
+        for ((group, value), place) in groups.iter().zip(values).zip(places) {
+            let place = DVec3::from_array(place.point);
+            let distance = |i: u32| DVec3::from_array(self.mesh.positions[i as usize]).distance(place);
+            let reach = group.iter().flat_map(corners).map(distance).fold(self.chord, f64::max);
+            let is_clear = |k: &usize| {
+                matches!(triangles[*k].side, Side::Whole(side) if side == sign(value)) && value.abs() > STEEPEST * reach
+            };
+            cells.extend(group.iter().filter(|k| !is_clear(k)).map(|k| Cell { of: *k, corners: CORNERS }));
+        }
+        Ok(cells)
     }
 }

@@ -8,17 +8,20 @@ use crate::model::EvaluationError;
 /// them.
 pub(super) const LEVEL_BELOW: f64 = 1e-5;
 const LEVEL: f64 = 0.01;
-/// The least number of places in a triangle that show that the function is level.
+/// The least number of places in a triangle that show that the function is level, where none of them is a corner. (One
+/// corner is enough: beside a border along which another solid is tangent every second triangle has one there, and
+/// would be divided for what its square hides.)
 const LEAST_LEVEL: usize = 2;
 /// Bisections of the way out of where the function is level: to a millionth of it.
 const BISECTIONS: usize = 20;
 
 /// Whether several values are one that is next to zero, and the others lie beyond: where surfaces of two solids
-/// coincide the function is level at a small value, and so has no zero there.
+/// coincide the function is level at a small value, and so has no zero there. The first three are those of the corners.
 pub(super) fn is_level(values: &[f64]) -> bool {
     let least = least(values);
     let level = values.iter().filter(|value| is_as(least, **value)).count();
-    least > ZERO && least < LEVEL_BELOW && level >= LEAST_LEVEL
+    let at_corner = values[..3].iter().any(|value| is_as(least, *value));
+    least > ZERO && least < LEVEL_BELOW && (at_corner || level >= LEAST_LEVEL)
 }
 
 fn least(values: &[f64]) -> f64 {

@@ -7,6 +7,7 @@
 //! first at the creases that no line of u or v follows (`crease`), then anywhere (`refine`).
 
 mod adjacency;
+mod along;
 pub(super) mod borders;
 mod corner;
 mod crease;
@@ -125,6 +126,8 @@ impl Tessellation {
     ) -> Result<Self, EvaluationError> {
         progress.report("meshing", f64::NAN, "");
         let (breaks, mut axes) = divided(model, instance, fineness)?;
+        let keeps: Vec<Option<usize>> = (0..axes.len()).map(|patch| model.keep(patch)).collect();
+        along::add_lines(instance, &keeps, &mut axes)?;
         limit(&mut axes, &breaks, fineness.max_triangles);
         let mut borders = Borders::find(instance, &axes)?;
         borders.keep_open(&mut axes);
@@ -142,7 +145,6 @@ impl Tessellation {
             of_patch[first.patch].push((first, all));
         }
         let mut tessellation = Self::of_axes(instance, &axes, &of_patch, borders.tolerance)?;
-        let keeps: Vec<Option<usize>> = (0..axes.len()).map(|patch| model.keep(patch)).collect();
         tessellation.refine(instance, &axes, &breaks, borders.poles(axes.len()), fineness, (&keeps, progress))?;
         tessellation.group(model, &axes);
         Ok(tessellation)

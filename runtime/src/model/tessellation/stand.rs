@@ -274,7 +274,7 @@ impl Refinement<'_> {
     }
 
     /// The surface at (u, v) of the patch of each triangle.
-    fn partials_at(&self, triangles: &[usize], at: &[[f64; 2]]) -> Result<Vec<Partials>, EvaluationError> {
+    pub(super) fn partials_at(&self, triangles: &[usize], at: &[[f64; 2]]) -> Result<Vec<Partials>, EvaluationError> {
         let mut partials = vec![Partials::default(); at.len()];
         let mut first = 0;
         for run in triangles.chunk_by(|a, b| self.patches[*a] == self.patches[*b]) {
@@ -303,7 +303,7 @@ impl Refinement<'_> {
     }
 
     /// The value of the function at (u, v) of the patch of each triangle.
-    fn keeps_at(
+    pub(super) fn keeps_at(
         &self,
         triangles: &[usize],
         at: &[[f64; 2]],

@@ -7,16 +7,19 @@
 
 use super::adjacency::Adjacency;
 use super::refine::{Edge, Points, Refinement, mix};
-use super::stand::{CORNERS, Stand, sign};
+use super::stand::{CORNERS, Crossings, Stand, sign};
 use super::stitch;
 use crate::mesh::retain_marked;
 use crate::model::EvaluationError;
+use rayon::prelude::*;
 use std::collections::HashMap;
 
 /// The largest chord that edges keep to, whatever was asked for, as a part of the diagonal of the untrimmed model.
 const COARSEST: f64 = 0.01;
 /// Rounds of dividing at most.
 const ROUNDS: usize = 40;
+/// Triangles that one thread looks at: enough that evaluating many places at once pays.
+const BATCH: usize = 512;
 /// Bisections of a zero on an edge: to the rounding of u and v.
 const BISECTIONS: usize = 50;
 /// The least part of an edge that is cut off: nearer to a vertex the vertex itself counts as on the edge.
@@ -38,7 +41,7 @@ impl Refinement<'_> {
         let mut adjacency = Adjacency::of(&self.mesh.triangles, &points);
         for _ in 0..ROUNDS {
             let mut cuts: HashMap<Edge, f64> = HashMap::new();
-            let (stands, bent) = self.stands(&open, keeps)?;
+            let (stands, bent) = self.all_stands(&open, keeps)?;
             let mut fresh = Vec::new();
             for (k, triangle) in open.iter().enumerate().filter(|(k, _)| stands[*k] == Stand::Unclear) {
                 let keep = keeps[self.patches[*triangle] as usize];
@@ -79,6 +82,23 @@ impl Refinement<'_> {
         self.drop_absent(keeps)?;
         let is_trimmed: Vec<bool> = keeps.iter().map(Option::is_some).collect();
         stitch::stitch(self, &is_trimmed)
+    }
+
+    /// How triangles stand, on all cores, and by the place in the list where the edge crosses those where it is bent.
+    fn all_stands(
+        &self,
+        triangles: &[usize],
+        keeps: &[Option<usize>],
+    ) -> Result<(Vec<Stand>, HashMap<usize, Crossings>), EvaluationError> {
+        let of_batch = |batch: &[usize]| self.stands(batch, keeps);
+        let batches: Vec<_> = triangles.par_chunks(BATCH).map(of_batch).collect();
+        let (mut stands, mut bent) = (Vec::with_capacity(triangles.len()), HashMap::new());
+        for batch in batches {
+            let (of_batch, bent_of_batch) = batch?;
+            bent.extend(bent_of_batch.into_iter().map(|(k, crossings)| (stands.len() + k, crossings)));
+            stands.extend(of_batch);
+        }
+        Ok((stands, bent))
     }
 
     /// The values of the function at places of triangles of trimmed patches, `places` for each.
