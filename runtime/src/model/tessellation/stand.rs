@@ -136,6 +136,9 @@ impl Refinement<'_> {
         if is_level(values) {
             return Stand::Level;
         }
+        if self.grows_from_corners(triangle, values, places) {
+            return Stand::Clear;
+        }
         // Beside an edge along which solids are tangent a function grows with the square of the distance, and by its
         // own slope no triangle would be small enough: in small ones its values are distances.
         let slope = self.slope(triangle, values);
@@ -144,6 +147,26 @@ impl Refinement<'_> {
         let bend = places.iter().zip(values).map(|(w, value)| (value - linear(w)).abs()).fold(0.0, f64::max) / slope;
         let near = values.iter().map(|value| value.abs()).fold(f64::INFINITY, f64::min) / slope;
         if bend > SHARE * self.chord && near < 2.0 * bend { Stand::Unclear } else { Stand::Clear }
+    }
+
+    /// Whether the function is zero at one or two corners of a triangle only, and grows from there as it does along its
+    /// sides: there is no edge but that on which these corners are. Beside the corner of a slot it has a crease.
+    fn grows_from_corners(&self, triangle: usize, values: &[f64], places: &[[f64; 3]]) -> bool {
+        let corners = self.mesh.corners(self.mesh.triangles[triangle]);
+        let on_edge: Vec<DVec3> = (0..3).filter(|k| sign(values[*k]) == 0).map(|k| corners[k]).collect();
+        let (from, to) = match on_edge[..] {
+            [one] => (one, one),
+            [one, other] => (one, other),
+            _ => return false,
+        };
+        let position = self.position(triangle);
+        let slope = self.slope(triangle, values);
+        let along = to - from;
+        places.iter().zip(values).all(|(place, value)| {
+            let at = position(*place) - from;
+            let s = (at.dot(along) / along.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+            value.abs() >= NEARER * slope * at.distance(along * s) - ZERO
+        })
     }
 
     /// The largest slope of the function along the sides of a triangle.
