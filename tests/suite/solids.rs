@@ -300,15 +300,15 @@ fn arcs_across_discs_keep_to_the_chord() {
     }
 }
 
-/// Edges that run along u or v are lines of the mesh: the triangles of a long pole are not divided beside its slots, nor
-/// are those of a face beside an edge along which another solid is tangent.
+/// Edges that run along u or v are lines of the mesh: the triangles of a long pole are hardly divided beside its slots,
+/// and those of a face not beside an edge along which another solid is tangent.
 #[test]
 fn straight_edges_need_few_triangles() {
     let folder = tempdir().expect("a folder");
     let pole = "model pole {
   let slot = box(width: 60mm, depth: 200mm, height: 45mm)
-  part pole = capped_cylinder(radius: 80mm, height: 3000mm)
-    - {slot: for i in 0..8 { slot.translate((70mm, 0mm, 0mm)).rotate(i * 24deg).translate((0mm, 0mm, 100mm + 330mm * i)) }}
+  fn at(i) = slot.translate((70mm, 0mm, 0mm)).rotate(i * 24deg).translate((0mm, 0mm, 100mm + 330mm * i))
+  part pole = capped_cylinder(radius: 80mm, height: 3000mm) - {slot: for i in 0..8 { at(i) }}
 }
 ";
     let arch = "model arch {
@@ -325,6 +325,41 @@ fn straight_edges_need_few_triangles() {
         must_be_closed(&folder.path().join(&stl));
         let triangles = fs::metadata(folder.path().join(&stl)).expect("it is there").len() / 50;
         assert!(triangles < most, "{name}: {triangles}");
+    }
+}
+
+/// In corners where three solids meet narrow triangles may come to lie on each other back to back: programs that read a
+/// mesh call that not watertight, as an edge has four triangles.
+#[test]
+fn no_triangles_lie_back_to_back() {
+    let bite = "model m {
+  let base = capped_cylinder(radius: 8mm, height: 17mm).rotate(90deg).translate((-0.2mm, 1.17mm, -6mm))
+  let stud = capped_cylinder(radius: 6.67mm, height: 11.26mm).rotate(-90deg, (1, 0, 0)).translate((2.57mm, 3.06mm, 8mm))
+  let ring = solid_torus(bend: 9mm, radius: 5.78mm).translate((-3.43mm, 5mm, 3.23mm))
+  let bore = capped_cylinder(radius: 6.2mm, height: 37mm).rotate(45deg, (1, 0, 0)).translate((-7.46mm, -3.23mm, -3mm))
+  part p = base + {stud: stud} - {ring: ring} - {bore: bore}
+}
+";
+    let wedge = "model m {
+  let rod = capped_cylinder(radius: 12mm, height: 11.49mm).rotate(90deg, (0, 1, 0)).translate((-7.55mm, 5mm, 6mm))
+  let first = box(width: 18mm, depth: 19.91mm, height: 8.55mm).translate((-4.45mm, 0.85mm, 2.83mm))
+  let second = box(width: 21mm, depth: 21.85mm, height: 19.61mm).rotate(30deg).translate((5.54mm, -0.32mm, 2.64mm))
+  let third = box(width: 22mm, depth: 19.46mm, height: 15mm).rotate(126.61deg, (0, 1, 0)).translate((4mm, 8mm, -2mm))
+  part p = (rod - {first: first} - {second: second}) & {third: third}
+}
+";
+    for script in [bite, wedge] {
+        let folder = tempdir().expect("a folder");
+        fs::write(folder.path().join("m.gml"), script).expect("written");
+        gmlc(folder.path(), &["mesh", "m.gml", "-o", "m.stl"]);
+        let mut of_edge: HashMap<[[u32; 3]; 2], usize> = HashMap::new();
+        for corners in triangles(&fs::read(folder.path().join("m.stl")).expect("it is there")) {
+            for k in 0..3 {
+                let (a, b) = (corners[k], corners[(k + 1) % 3]);
+                *of_edge.entry([a.min(b), a.max(b)]).or_default() += 1;
+            }
+        }
+        assert!(of_edge.values().all(|n| *n == 2), "{script}");
     }
 }
 

@@ -49,6 +49,7 @@ pub(super) fn stitch(mesh: &mut Refinement<'_>, is_trimmed: &[bool]) -> Result<(
     gaps.mark_small_holes();
     gaps.close()?;
     drop_flat(mesh);
+    drop_folds(mesh, is_trimmed);
     Ok(())
 }
 
@@ -115,6 +116,29 @@ fn drop_flat(mesh: &mut Refinement<'_>) {
         a != b && b != c && c != a
     };
     let kept: Vec<bool> = mesh.mesh.triangles.iter().map(has_area).collect();
+    retain_marked(&mut mesh.mesh.triangles, &kept);
+    retain_marked(&mut mesh.patches, &kept);
+}
+
+/// Drops pairs of narrow triangles that lie on each other back to back, as they are left in some corners: nothing is
+/// between them, and the others at their edges close without them.
+fn drop_folds(mesh: &mut Refinement<'_>, is_trimmed: &[bool]) {
+    let number = mesh.mesh.position_numbers();
+    let mut waiting: HashMap<[u32; 3], usize> = HashMap::new();
+    let mut kept = vec![true; mesh.mesh.triangles.len()];
+    for (triangle, corners) in mesh.mesh.triangles.iter().enumerate() {
+        let [a, b, c] = mesh.mesh.corners(*corners);
+        let longest = mesh.longest_side(triangle);
+        if !is_trimmed[mesh.patches[triangle] as usize] || (b - a).cross(c - a).length() > mesh.chord * longest {
+            continue;
+        }
+        let turned = |[a, b, c]: [u32; 3]| [[a, b, c], [b, c, a], [c, a, b]].into_iter().min().unwrap_or_default();
+        let [a, b, c] = corners.map(|i| number[i as usize]);
+        match waiting.remove(&turned([a, c, b])) {
+            Some(other) => (kept[triangle], kept[other]) = (false, false),
+            None => _ = waiting.insert(turned([a, b, c]), triangle),
+        }
+    }
     retain_marked(&mut mesh.mesh.triangles, &kept);
     retain_marked(&mut mesh.patches, &kept);
 }
