@@ -2,9 +2,9 @@
 //!
 //! A patch is divided at its breaks (`model::breaks`), and the intervals between them into steps: equal ones at first
 //! (`intervals`), shorter ones where creases across u and v are dense (`resolve`) or where the surface bends within a
-//! step (`grade`). Borders that are the same curve in space are found and get the same points (`borders`, `piece`),
-//! patches become grids (`grid`), and what leaves the surface by more than the chord (`measure`) is divided further,
-//! first at the creases that no line of u or v follows (`crease`), then anywhere (`refine`).
+//! step (`grade`), and at edges of what is there (`along`). Borders that are the same curve in space are found and get
+//! the same points (`borders`, `piece`), patches become grids (`grid`), and what leaves the surface by more than the
+//! chord (`measure`) is divided further, first at creases across u and v (`crease`), then anywhere (`refine`).
 
 mod adjacency;
 mod along;
