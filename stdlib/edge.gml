@@ -25,7 +25,7 @@ fn cove(radius: length, length: length) =
 fn cove_ring(radius: length, fillet: length, inward: bool = false) {
   let far = if inward { radius - fillet } else { radius + fillet }
   pipe(outer: max(radius, far), inner: min(radius, far), height: fillet)
-    - {round: solid_torus(bend: far, radius: fillet).translate((0mm, 0mm, fillet))}
+    - {round: _ring(far, fillet).translate((0mm, 0mm, fillet))}
 }
 
 /// What is between the planes x = 0 and y = 0 and one at a slant, which cuts both at the distance `cut` from the edge;
@@ -35,6 +35,9 @@ fn cove_ring(radius: length, fillet: length, inward: bool = false) {
 /// ```
 fn bevel(cut: length, length: length) = extruded([(0mm, 0mm), (cut, 0mm), (0mm, cut)], length)
 
+/// A torus as a solid, of which only the outer side of what crosses itself is used.
+fn _ring(bend, radius) = solid({wall: torus(bend, radius)}, |p| hypot(hypot(p.x, p.y) - bend, p.z) - radius)
+
 /// What is between the plane of x and y, a cylinder of a radius about z and a cone, which cuts both at the distance
 /// `cut` from the edge. With `inward` it is on the inner side of the cylinder. What is left of it in a body is the
 /// cone, `slant`.
@@ -43,6 +46,7 @@ fn bevel(cut: length, length: length) = extruded([(0mm, 0mm), (cut, 0mm), (0mm, 
 /// bevel_ring(10mm, 2mm, inward: true).slant(0, 0.5)   // = (9, 0, 1) mm
 /// ```
 fn bevel_ring(radius: length, cut: length, inward: bool = false) {
+  require not inward or cut <= radius, "the cut of an inward bevel is no more than the cylinder's radius"
   let side = if inward { -1 } else { 1 }
   let slant = revolve(line((radius + side * cut, 0mm), (radius, cut)))
   let wall = cylinder(radius, cut)

@@ -34,7 +34,7 @@ fn rolling_fillet(
   let side = if within_first { -1 } else { 1 }
   let round = for range in between {
     |u: real, v: real| {
-      let ball = _ball(wall, g, radius, side, range, u)
+      let ball = _touching_ball(wall, g, radius, side, range, u)
       require abs(f(ball.center) - radius) < _near,
         "the wall is no surface of the first solid where the ball touches it"
       // Somewhat longer than it is, so that its edges are where it meets the walls.
@@ -60,7 +60,7 @@ fn rooted(shape: surface, body, radius: length, ends = [0, 1]) {
   let distance = inside(body)
   let balls = for end in ends {
     let range = if end == 0 { (0.0, 0.5) } else { (0.5, 1.0) }
-    |u: real| _ball(shape, distance, radius, 1, if n == 1 { (0.0, 1.0) } else { range }, u)
+    |u: real| _touching_ball(shape, distance, radius, 1, if n == 1 { (0.0, 1.0) } else { range }, u)
   }
   {
     free: |u: real, v: real| {
@@ -87,7 +87,8 @@ fn _gradient(f, p) {
 }
 
 /// The ball that touches a wall at u (on the side of its normal, or on the other one) and what a function gives the
-/// distance from: where on the wall, its center, the directions to both places, and whether v grows from the edge on.
+/// distance from: where on the wall, its center, the directions to both places, whether v grows from the edge on,
+/// and how far it is from touching both.
 fn _ball(wall, distance, radius: length, side, between, u: real) {
   fn normal(v: real) = normalize(cross(wall'u(u, v), wall'v(u, v))) * side
   fn center(v: real) = wall(u, v) + normal(v) * radius
@@ -105,10 +106,16 @@ fn _ball(wall, distance, radius: length, side, between, u: real) {
   let v = at - step - step ^ 2 * stop(gap''(at) / (2 * slope))
   let c = center(v)
   let toward = _gradient(distance, c) * (-1)
-  let touch = c + toward * radius
-  require abs(left) < _near and abs(distance(touch)) < _near,
+  let off = max(abs(left), abs(distance(c + toward * radius)))
+  {v: v, center: c, to_wall: -normal(v), to_other: toward, rises: slope * side > 0mm, off: off}
+}
+
+/// The same, where there must be one.
+fn _touching_ball(wall, distance, radius: length, side, between, u: real) {
+  let ball = _ball(wall, distance, radius, side, between, u)
+  require ball.off < _near,
     "no ball of this radius touches both here: make it smaller, say by 'between' where on the wall the edge is, or let the edge not leave the other surface"
-  {v: v, center: c, to_wall: -normal(v), to_other: toward, rises: slope * side > 0mm}
+  ball
 }
 
 /// The arc over which a ball is between the two places that it touches, with the normal towards its center; t is 0 at
@@ -120,10 +127,9 @@ fn _arc(ball, radius: length, t: real) {
   ball.center + (a * sin(turn * (1 - s)) + b * sin(turn * s)) * (radius / sin(turn))
 }
 
-/// Negative between a ball that touches what two functions give the distance from, and where it touches them.
-fn _beside_ball(f, g, p, radius: length) {
-  // The center of the ball in whose plane across the edge p lies: Newton's steps towards the edge, and along it steps
-  // that the ratio of the last two makes longer.
+/// The center of the ball in whose plane across the edge p lies: Newton's steps towards the edge, and along it steps
+/// that the ratio of the last two makes longer.
+fn _center_beside(f, g, p, radius: length) {
   fn next(c, before: length, longer: real) {
     let (a, b) = (_gradient(f, c), _gradient(g, c))
     let (x, y, k) = (radius - f(c), radius - g(c), dot(a, b))
@@ -139,7 +145,14 @@ fn _beside_ball(f, g, p, radius: length) {
     (c + a * ((x - k * y) / d) + b * ((y - k * x) / d) + edge * (along * m / sqrt(d)), along, m)
   }
   let (near, before, longer) = stop(loop((p, 0mm, 1.0), 12, |s, i| next(s[0], s[1], s[2])))
-  let c = next(near, 0mm, longer)[0]
+  next(near, 0mm, longer)[0]
+}
+
+/// Negative between a ball that touches what two functions give the distance from, and where it touches them.
+fn _beside_ball(f, g, p, radius: length) = _beside_center(f, g, p, _center_beside(f, g, p, radius), radius)
+
+/// The same with the center of the ball.
+fn _beside_center(f, g, p, c, radius: length) {
   let (a, b, from) = (_gradient(f, c), _gradient(g, c), c - p)
   let (x, y, k) = (dot(from, a), dot(from, b), dot(a, b))
   let edge = cross(a, b)
@@ -158,4 +171,289 @@ fn _beside_ball(f, g, p, radius: length) {
   )
   // Far away the steps may end anywhere: what they say of the distance is not told there.
   max(-f(p), -g(p), f(p) - 2 * radius, g(p) - 2 * radius, min(away, radius / 2))
+}
+
+// Fillets of edges that are named: `body.fillet(top, hole.wall, 1mm)`. The compiler finds the surfaces and their sides;
+// where the edge runs, and whether it is an outer or an inner one, is found here from the body. A pair holds both
+// sides, both walls without what trims them, and the function of the body.
+
+/// The body with a fillet on the edge of two of its surfaces: `left` is what is left of those that it has, and `fillet`
+/// are the new ones: `round` and, where the surfaces meet twice, `again`; `start` and `end` close the fillet where it
+/// ends with its walls, as at the ends of an angle, or at what crosses one of them. Of an outer edge it is as at an
+/// inner edge of what is not the body: the distances are taken negative.
+fn _rounded(body, first, wall_of_first, second, wall_of_second, radius: length) {
+  require radius > 0mm, "the radius of a fillet is positive"
+  let pair = {a: first, b: second, of_a: wall_of_first, of_b: wall_of_second, inside: inside(body)}
+  let (chosen, score) = stop(loop((0.0, 0.0), 4, |best, k| {
+    let score = max(_survey(pair, radius, k, 0)[0], _survey(pair, radius, k, 1)[0])
+    // The first of those that are as good but for rounding.
+    if score > best[1] + 1e-6 { (real(k), score) } else { best }
+  }))
+  require score > 0, "these surfaces of the body do not meet in an edge that could be rounded"
+  let k = int(chosen)
+  let (once, again) = (stop(_survey(pair, radius, k, 0)), stop(_survey(pair, radius, k, 1)))
+  let sum = once[5] + again[5]
+  require abs(sum) == once[6] + again[6],
+    "the edge of these surfaces is an outer one in some places and an inner one in others: a fillet has one kind"
+  let s = if sum > 0 { 1.0 } else { -1.0 }
+  let (f, g, filled) = (|p| s * first(p), |p| s * second(p), |p| s * pair.inside(p))
+  let region = |p| _beside_edge(f, g, filled, p, radius)
+  let edges = for last in 0..2 { _edge_along(pair, radius, k, s, if last == 0 { once } else { again }, last) }
+  solid(
+    {
+      left: each(body, |w| |u: real, v: real| keep(w(u, v), region(_beside_wall(w, u, v, s)))),
+      fillet: {
+        round: _round(pair, radius, k, s, edges[0], filled),
+        again: _round(pair, radius, k, s, edges[1], filled),
+        start: _end_of(pair, radius, k, s, edges[0], edges[0].ends[0], filled),
+        end: _end_of(pair, radius, k, s, edges[0], edges[0].ends[1], filled),
+      },
+    },
+    |p| s * min(filled(p), region(p)),
+  )
+}
+
+/// How far behind the places that the ball touches the body is asked for, as a part of the radius: at an end of the
+/// edge there is nothing to be touched. Far more than rounding; thinner sheets have no fillets.
+let _behind = 0.05
+
+/// The point of a wall: k is 0 where t is the u of the first, 1 where it is its v, 2 and 3 for the second.
+fn _on_wall(pair, k: int, t: real, x: real) =
+  if k == 0 { pair.of_a(t, x) }
+  else if k == 1 { pair.of_a(x, t) }
+  else if k == 2 { pair.of_b(t, x) }
+  else { pair.of_b(x, t) }
+
+/// How far the point is from the other surface.
+fn _from_other(pair, k: int, t: real, x: real) -> length {
+  let p = _on_wall(pair, k, t, x)
+  if k < 2 { pair.b(p) } else { pair.a(p) }
+}
+
+/// The first, or the last, x at which the wall meets the other surface, from a sixteenth before the wall to as much
+/// behind it, as edges lie on its borders; -1 for none.
+fn _meeting(pair, k: int, t: real, last: int) {
+  let found = loop(-1.0, 16, |found, i| {
+    let at = if last == 1 { 15 - i } else { i }
+    let (low, high) = (mix(-1 / 16, 17/16, at / 16), mix(-1 / 16, 17/16, (at + 1) / 16))
+    let crosses = _from_other(pair, k, t, low) * _from_other(pair, k, t, high) <= 0mm * 0mm
+    if found < -0.5 and crosses { (low + high) / 2 } else { found }
+  })
+  loop(found, 8, |x, i| {
+    let slope = _from_other'x(pair, k, t, x)
+    // A wall that is level there does not meet it.
+    if abs(slope) < 1e-9mm { x } else { x - clamp(_from_other(pair, k, t, x) / slope, -1 / 16, 1/16) }
+  })
+}
+
+/// Whether at a place of both surfaces the body has an outer edge (-1), an inner one (1) or none (0): it is asked in
+/// all four corners that the surfaces make, a fiftieth of the radius away.
+fn _kind(pair, radius: length, e) {
+  let (m, n) = (_gradient(pair.a, e), _gradient(pair.b, e))
+  let c = dot(m, n)
+  let h = radius / 50
+  let (up, out) = ((m + n) * (h / (1 + c + 1e-9)), (m - n) * (h / (1 - c + 1e-9)))
+  let (left, right) = (pair.inside(e + out), pair.inside(e - out))
+  // Surfaces at less than a degree touch rather than meet.
+  let meets = abs(pair.a(e)) + abs(pair.b(e)) < _near and abs(c) < 0.9998
+  if not meets or pair.inside(e - up) > 0mm or pair.inside(e + up) < 0mm { 0.0 }
+  else if min(left, right) > 0mm { -1.0 }
+  else if max(left, right) < 0mm { 1.0 }
+  else { 0.0 }
+}
+
+/// What 32 stations say of an edge along t: how well it runs that way, its first and last t, its least and greatest x,
+/// the sum of its kinds, and at how many stations it is.
+fn _survey(pair, radius: length, k: int, last: int) = loop((0.0, 2.0, -1.0, 2.0, -2.0, 0.0, 0.0), 32, |s, i| {
+  let t = (i + 0.5) / 32
+  let x = _meeting(pair, k, t, last)
+  // The last one is another than the first.
+  let none = x < -0.5 or last == 1 and abs(_meeting(pair, k, t, 0) - x) < 1e-6
+  let kind = if none { 0.0 } else { _kind(pair, radius, _on_wall(pair, k, t, x)) }
+  fn at(t: real, x: real) = _on_wall(pair, k, t, x)
+  fn off(t: real, x: real) -> length = _from_other(pair, k, t, x)
+  let along = off'x(t, x) * norm(at't(t, x)) / (1mm * 1mm)
+  let across = off't(t, x) * norm(at'x(t, x)) / (1mm * 1mm)
+  let share = along ^ 2 / (along ^ 2 + across ^ 2 + 1e-30)
+  if kind == 0 {
+    s
+  } else {
+    (s[0] + share, min(s[1], t), max(s[2], t), min(s[3], x), max(s[4], x), s[5] + kind, s[6] + 1)
+  }
+})
+
+/// From where to where along t an edge is followed, where across balls are sought, on which side of the wall, and
+/// whether it is there at all. The ends are those of the stations, and beyond them as far as the fillet runs over other
+/// surfaces that cut the edge.
+fn _edge_along(pair, radius: length, k: int, s, run, last: int) {
+  fn at(t: real, x: real) = _on_wall(pair, k, t, x)
+  let there = run[6] > 0
+  let (t, x) = if there { ((run[1] + run[2]) / 2, (run[3] + run[4]) / 2) } else { (0.5, 0.5) }
+  let (by_t, by_x) = (at't(t, x), at'x(t, x))
+  let closed = norm(at(0, x) - at(1, x)) < _near
+  let wide = 1/16 + 2 * radius / (norm(by_x) + _near)
+  let out = if k < 2 { _gradient(pair.a, at(t, x)) } else { _gradient(pair.b, at(t, x)) }
+  let between = stop(if there { (run[3] - wide, run[4] + wide) } else { (0.0, 1.0) })
+  let side = stop(s * sign(dot(cross(by_t, by_x), out)))
+  let whole = closed or not there
+  let by_radius = radius / (norm(by_t) + _near)
+  fn end(station: real, way: real) =
+    station + way * (1/32 + by_radius * _beyond(pair, radius, k, s, between, side, station, way * by_radius))
+  let edge = {
+    there: if there { 1.0 } else { -1.0 },
+    from: stop(if whole { 0.0 } else { end(run[1], -1) }),
+    to: stop(if whole { 1.0 } else { end(run[2], 1) }),
+    between: between,
+    side: side,
+  }
+  let found = stop(_fits(pair, radius, k, s, edge, run))
+  require found[0] >= 0.5 or not there,
+    "a ball of this radius does not touch both surfaces within their borders all along the edge: make it smaller"
+  require found[1] < (if last == 1 { 0.5 } else { 2.5 }) or not there,
+    "this edge is in several pieces, between which the fillet would end: name the surfaces of each piece apart"
+  {
+    there: edge.there,
+    from: edge.from,
+    to: edge.to,
+    between: edge.between,
+    side: edge.side,
+    ends: [(found[2], found[3]), (found[4], found[5])],
+  }
+}
+
+/// How many radii beyond its last station an edge is followed: 3, or 6, 12 or 24 where there is still something to take
+/// off or to fill at the end of fewer, as where a surface cuts the edge at a slant.
+fn _beyond(pair, radius: length, k: int, s, between, side, station: real, by_radius: real) = loop(
+  3.0,
+  3,
+  |radii, i| {
+    let ball = _ball_along(pair, radius, k, s, {side: side, between: between}, station + radii * by_radius)
+    // Just beyond both places that the ball touches, and between them.
+    fn beside(w: real) {
+      let toward = normalize(ball.to_wall * (1 - w) + ball.to_other * w)
+      s * pair.inside(ball.center + toward * (radius * (1 + 0.08 * w * (1 - w))))
+    }
+    let most = max(beside(0.15), beside(0.5), beside(0.85))
+    let goes_on =
+      ball.off < _near and most > _near and _behind_ball(|p| s * pair.inside(p), ball, radius) < 0mm
+    if goes_on { 2 * radii } else { radii }
+  },
+)
+
+/// The ball beside an edge at t. Without branches, which would cost more than all four walls.
+fn _ball_along(pair, radius: length, k: int, s, edge, t: real) = if k == 0 {
+  _ball(|u: real, v: real| pair.of_a(u, v), |p| s * pair.b(p), radius, edge.side, edge.between, t)
+} else if k == 1 {
+  _ball(|u: real, v: real| pair.of_a(v, u), |p| s * pair.b(p), radius, edge.side, edge.between, t)
+} else if k == 2 {
+  _ball(|u: real, v: real| pair.of_b(u, v), |p| s * pair.a(p), radius, edge.side, edge.between, t)
+} else {
+  _ball(|u: real, v: real| pair.of_b(v, u), |p| s * pair.a(p), radius, edge.side, edge.between, t)
+}
+
+/// The share of the places along an edge, between its first and last station, at which the ball touches what bounds the
+/// body; how often the edge ends between two of 64 places where the fillet would gape; and for the first and the second
+/// of such ends the place after it, and whether the fillet is before it (1), behind it (-1) or there is no such end
+/// (0).
+fn _fits(pair, radius: length, k: int, s, edge, run) {
+  let step = (edge.to - edge.from) / 64
+  // Two counts, the number of ends, what was at the last place, and the ends.
+  let found = loop((0.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0), 64, |so_far, i| {
+    let t = edge.from + step * (i + 0.5)
+    let ball = _ball_along(pair, radius, k, s, edge, t)
+    let (one, other) = (ball.center + ball.to_wall * radius, ball.center + ball.to_other * radius)
+    let is_ball = ball.off < _near
+    let touches = is_ball and abs(pair.inside(one)) < _near and abs(pair.inside(other)) < _near
+    let within = t > run[1] - 1e-9 and t < run[2] + 1e-9
+    // Between the ball and the edge.
+    let middle = ball.center + normalize(ball.to_wall + ball.to_other) * (1.02 * radius)
+    let gapes = is_ball and s * pair.inside(middle) > _near
+    let now = if _behind_ball(|p| s * pair.inside(p), ball, radius) < 0mm { 1.0 } else { -1.0 }
+    let ends = gapes and so_far[4] > 0 and so_far[3] * now < 0
+    let (first, second) = (ends and so_far[2] < 0.5, ends and so_far[2] > 0.5)
+    (
+      so_far[0] + (if within and touches { 1.0 } else { 0.0 }),
+      so_far[1] + (if within { 1.0 } else { 0.0 }),
+      so_far[2] + (if ends { 1.0 } else { 0.0 }),
+      now,
+      if gapes { 1.0 } else { -1.0 },
+      if first { t } else { so_far[5] },
+      if first { -now } else { so_far[6] },
+      if second { t } else { so_far[7] },
+      if second { -now } else { so_far[8] },
+    )
+  })
+  // At one station alone there may be no place between.
+  let share = if found[1] > 0 { found[0] / found[1] } else { 1.0 }
+  (share, found[2], found[5], found[6], found[7], found[8])
+}
+
+/// Negative where the body, or what is not the body, is behind both places that a ball touches.
+fn _behind_ball(filled, ball, radius: length) {
+  let depth = (1 + _behind) * radius
+  max(filled(ball.center + ball.to_wall * depth), filled(ball.center + ball.to_other * depth))
+}
+
+/// Negative between a ball and the edge of two walls, as `_beside_ball` has it, where there is something behind both.
+fn _beside_edge(f, g, filled, p, radius: length) {
+  let outer = max(-f(p), -g(p), f(p) - 2 * radius, g(p) - 2 * radius)
+  // Far away no ball need be found.
+  if outer > radius / 4 {
+    outer
+  } else {
+    let c = _center_beside(f, g, p, radius)
+    let beside = _beside_center(f, g, p, c, radius)
+    if beside > 0mm {
+      beside
+    } else {
+      let ball = {center: c, to_wall: -_gradient(f, c), to_other: -_gradient(g, c)}
+      max(beside, _behind_ball(filled, ball, radius))
+    }
+  }
+}
+
+/// The point a little beside a wall, on the side on which the ball rolls: far above rounding, far below what is made.
+fn _beside_wall(w, u, v, s) {
+  let n = stop(cross(w'u(u, v), w'v(u, v)))
+  w(u, v) + n * (s * _near / (norm(n) + 1e-12mm * 1mm))
+}
+
+/// The round surface along an edge; nothing of it is there where there is no edge.
+fn _round(pair, radius: length, k: int, s, edge, filled) = |u: real, v: real| {
+  let ball = _ball_along(pair, radius, k, s, edge, mix(edge.from, edge.to, u))
+  // Somewhat longer than it is, so that its edges are where it meets the walls; turned over at an outer edge.
+  let t = mix(-0.05, 1.05, if s > 0 { v } else { 1 - v })
+  let p = _arc(ball, radius, t)
+  let is_there = edge.there > 0 and ball.off < _near
+  let within = min(filled(p) - _near, radius * min(t, 1 - t), -_behind_ball(filled, ball, radius))
+  keep(p, if is_there { within } else { -radius })
+}
+
+/// The plane surface across an edge that closes its fillet at an end, from the ball to the walls.
+fn _end_of(pair, radius: length, k: int, s, edge, end, filled) {
+  let (after, kind) = (end[0], end[1])
+  let step = (edge.to - edge.from) / 64
+  fn behind(t: real) -> length = _behind_ball(filled, _ball_along(pair, radius, k, s, edge, t), radius)
+  // Where it ends: by halving, and a step of Newton's that is differentiated.
+  let (low, high) = stop(loop((after - step, after), 30, |range, i| {
+    let middle = (range[0] + range[1]) / 2
+    if behind(middle) * kind < 0mm { (middle, range[1]) } else { (range[0], middle) }
+  }))
+  let (at, slope) = ((low + high) / 2, behind'((low + high) / 2))
+  let is_there = edge.there > 0 and abs(kind) > 0.5 and abs(slope) > _near
+  let t = if is_there { at - behind(at) / slope } else { at }
+  let ball = _ball_along(pair, radius, k, s, edge, t)
+  let (a, b) = (ball.to_wall, ball.to_other)
+  let turn = atan2(norm(cross(a, b)), dot(a, b))
+  fn along(t: real, x: real) = _on_wall(pair, k, t, x)
+  // Away from what is filled.
+  let outwards = stop(s * kind * dot(cross(b, a), along't(at, ball.v))) > 0mm
+  // A little beyond the edge.
+  let far = 1.5 * radius / sqrt((1 + dot(a, b)) / 2 + 1e-9)
+  |u: real, v: real| {
+    let w = if outwards { u } else { 1 - u }
+    let toward = (a * sin(turn * (1 - w)) + b * sin(turn * w)) / sin(turn)
+    let p = ball.center + toward * mix(radius, far, v)
+    keep(p, if is_there { filled(p) - _near } else { -radius })
+  }
 }

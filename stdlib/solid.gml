@@ -13,7 +13,18 @@
 fn box(width: length = 20mm, depth: length = 20mm, height: length = 20mm) = solid(
   _box(width: width, depth: depth, height: height),
   |p| max(abs(p.x) - width / 2, abs(p.y) - depth / 2, -p.z, p.z - height),
+  _box_sides(width, depth, height),
 )
+
+/// The sides of the faces of a box.
+fn _box_sides(width, depth, height) = {
+  top: |p| p.z - height,
+  base: |p| -p.z,
+  right: |p| p.x - width / 2,
+  left: |p| -p.x - width / 2,
+  back: |p| p.y - depth / 2,
+  front: |p| -p.y - depth / 2,
+}
 
 /// The surfaces of box.
 model _box {
@@ -44,11 +55,17 @@ fn rounded_box(
   depth: length = 20mm,
   height: length = 20mm,
   radius: length = 2mm,
-) = solid(
-  _rounded_box(width: width, depth: depth, height: height, radius: radius),
-  |p|
-    _inside_rounded_box(p, width / 2 - radius, depth / 2 - radius, height / 2 - radius, height / 2) - radius,
-)
+) {
+  require 2 * radius < min(width, depth, height),
+    "the radius of a rounded box is less than half of its shortest side: beyond that it is a 'capsule' or a 'ball'"
+  solid(
+    _rounded_box(width: width, depth: depth, height: height, radius: radius),
+    |p|
+      _inside_rounded_box(p, width / 2 - radius, depth / 2 - radius, height / 2 - radius, height / 2)
+      - radius,
+    _box_sides(width, depth, height),
+  )
+}
 
 /// The surfaces of rounded_box.
 model _rounded_box {
@@ -115,6 +132,7 @@ fn _edge(i: int, width, depth, height, radius) = revolve(
 fn capped_cylinder(radius: length = 10mm, height: length = 20mm) = solid(
   _capped_cylinder(radius: radius, height: height),
   |p| max(hypot(p.x, p.y) - radius, -p.z, p.z - height),
+  {wall: |p| hypot(p.x, p.y) - radius, top: |p| p.z - height, base: |p| -p.z},
 )
 
 /// The surfaces of capped_cylinder.
@@ -137,6 +155,11 @@ fn frustum(bottom: length = 10mm, top: length = 5mm, height: length = 20mm) = so
     let beyond = hypot(p.x, p.y) - mix(bottom, top, p.z / height)
     max(beyond * height / hypot(height, bottom - top), -p.z, p.z - height)
   },
+  {
+    wall: |p| (hypot(p.x, p.y) - mix(bottom, top, p.z / height)) * (height / hypot(height, bottom - top)),
+    lid: |p| p.z - height,
+    base: |p| -p.z,
+  },
 )
 
 /// The surfaces of frustum.
@@ -156,10 +179,19 @@ model _frustum {
 /// normal(p.inside, 0, 0.5)   // = (-1, 0, 0)
 /// p.rim(0, 1)                // = (8, 0, 50) mm
 /// ```
-fn pipe(outer: length = 10mm, inner: length = 8mm, height: length = 50mm) = solid(
-  _pipe(outer: outer, inner: inner, height: height),
-  |p| max(hypot(p.x, p.y) - outer, inner - hypot(p.x, p.y), -p.z, p.z - height),
-)
+fn pipe(outer: length = 10mm, inner: length = 8mm, height: length = 50mm) {
+  require inner < outer, "the inner radius of a pipe is less than its outer one"
+  solid(
+    _pipe(outer: outer, inner: inner, height: height),
+    |p| max(hypot(p.x, p.y) - outer, inner - hypot(p.x, p.y), -p.z, p.z - height),
+    {
+      outside: |p| hypot(p.x, p.y) - outer,
+      inside: |p| inner - hypot(p.x, p.y),
+      rim: |p| p.z - height,
+      foot: |p| -p.z,
+    },
+  )
+}
 
 /// The surfaces of pipe.
 model _pipe {
@@ -182,10 +214,19 @@ model _pipe {
 /// normal(e.outside, 0, 0)   // = (1, 0, 0)
 /// normal(e.inside, 0, 0)    // = (-1, 0, 0)
 /// ```
-fn elbow(bend: length = 50mm, angle: angle = 90deg, outer: length = 10mm, inner: length = 8mm) = solid(
-  _elbow(bend: bend, angle: angle, outer: outer, inner: inner),
-  |p| _inside_elbow(p, bend, angle, outer, inner),
-)
+fn elbow(bend: length = 50mm, angle: angle = 90deg, outer: length = 10mm, inner: length = 8mm) {
+  require inner < outer, "the inner radius of an elbow is less than its outer one"
+  solid(
+    _elbow(bend: bend, angle: angle, outer: outer, inner: inner),
+    |p| _inside_elbow(p, bend, angle, outer, inner),
+    {
+      outside: |p| hypot(hypot(p.x, p.y) - bend, p.z) - outer,
+      inside: |p| inner - hypot(hypot(p.x, p.y) - bend, p.z),
+      start: |p| -p.y,
+      end: |p| p.y * cos(angle) - p.x * sin(angle),
+    },
+  )
+}
 
 /// The surfaces of elbow.
 model _elbow {
@@ -211,6 +252,11 @@ model _elbow {
 fn capsule(radius: length = 5mm, height: length = 20mm) = solid(
   _capsule(radius: radius, height: height),
   |p| norm((p.x, p.y, p.z - clamp(p.z, radius, height - radius))) - radius,
+  {
+    wall: |p| hypot(p.x, p.y) - radius,
+    top: |p| norm((p.x, p.y, p.z - (height - radius))) - radius,
+    base: |p| norm((p.x, p.y, p.z - radius)) - radius,
+  },
 )
 
 /// The surfaces of capsule.
@@ -227,10 +273,14 @@ model _capsule {
 /// ```gml
 /// norm(hollow_sphere(outer: 10mm, inner: 9mm).inside(0.2, 0.3))   // = 9 mm
 /// ```
-fn hollow_sphere(outer: length = 10mm, inner: length = 8mm) = solid(
-  _hollow_sphere(outer: outer, inner: inner),
-  |p| max(norm(p) - outer, inner - norm(p)),
-)
+fn hollow_sphere(outer: length = 10mm, inner: length = 8mm) {
+  require inner < outer, "the inner radius of a hollow sphere is less than its outer one"
+  solid(
+    _hollow_sphere(outer: outer, inner: inner),
+    |p| max(norm(p) - outer, inner - norm(p)),
+    {outside: |p| norm(p) - outer, inside: |p| inner - norm(p)},
+  )
+}
 
 /// The surfaces of hollow_sphere.
 model _hollow_sphere {
@@ -245,15 +295,25 @@ model _hollow_sphere {
 /// ```gml
 /// inside(ball(radius: 5mm))((0mm, 3mm, 0mm))   // = -2 mm
 /// ```
-fn ball(radius: length = 10mm) = solid({wall: sphere(radius)}, |p| norm(p) - radius)
+fn ball(radius: length = 10mm) = solid(
+  {wall: sphere(radius)},
+  |p| norm(p) - radius,
+  {wall: |p| norm(p) - radius},
+)
 
 /// A ring about the z axis with a round section: one surface, `wall`. `bend` is the radius to the middle of the
 /// section.
 /// ```gml
 /// inside(solid_torus(bend: 20mm, radius: 5mm))((22mm, 0mm, 0mm))   // = -3 mm
 /// ```
-fn solid_torus(bend: length = 20mm, radius: length = 5mm) =
-  solid({wall: torus(bend, radius)}, |p| hypot(hypot(p.x, p.y) - bend, p.z) - radius)
+fn solid_torus(bend: length = 20mm, radius: length = 5mm) {
+  require radius <= bend, "the radius of a ring is no more than its bend, or its surface crosses itself"
+  solid(
+    {wall: torus(bend, radius)},
+    |p| hypot(hypot(p.x, p.y) - bend, p.z) - radius,
+    {wall: |p| hypot(hypot(p.x, p.y) - bend, p.z) - radius},
+  )
+}
 
 /// A prism that stands on the plane of x and y: an outline of straight lines between points of the plane, which run
 /// counterclockwise and do not cross. Its surfaces are `side[0]` from the first point to the second, and so on, `top`
@@ -279,8 +339,20 @@ fn extruded(points, height: length) {
       base: flip(face),
     },
     |p| max(distance_from_lines((p.x, p.y), outline_lines([outline])), -p.z, p.z - height),
+    {
+      side: for i in 0..n {
+        let (a, b) = (outline[i], outline[(i + 1) % n])
+        |p| cross2((p.x, p.y) - a, b - a) / norm(b - a)
+      },
+      // The faces are trimmed; these planes are not.
+      top: half_space(at: lift(outline[0], height), size: _size_of(outline)),
+      base: half_space(at: lift(outline[0]), normal: (0, 0, -1), size: _size_of(outline)),
+    },
   )
 }
+
+/// A length that is no shorter than twice the distance of an outline's first point from any other.
+fn _size_of(outline) = fold(0mm, outline, |size, p| max(size, 2 * norm(p - outline[0])))
 
 /// A body between two outlines of as many points, from the first on the plane of x and y to the second at a height:
 /// straight lines run from each point to its partner, and every section between is an outline. Both run
@@ -335,6 +407,12 @@ fn revolved(profile) {
   solid(
     {wall: for i in 0..n { revolve(line(profile[i], profile[i + 1])) }},
     |p| distance_from_lines((hypot(p.x, p.y), p.z), outline_lines([profile]), n),
+    {
+      wall: for i in 0..n {
+        let (a, b) = (profile[i], profile[i + 1])
+        |p| cross2((hypot(p.x, p.y), p.z) - a, b - a) / norm(b - a)
+      },
+    },
   )
 }
 
@@ -393,7 +471,11 @@ fn half_space(at = (0mm, 0mm, 0mm), normal = (0, 0, 1), size: length = 200mm) {
   let n = normalize(normal)
   let x = normalize(cross(if abs(n.z) > 0.9 { (1, 0, 0) } else { (0, 0, 1) }, n))
   let y = cross(n, x)
-  solid({cut: |u: real, v: real| at + x * ((u - 0.5) * size) + y * ((v - 0.5) * size)}, |p| dot(p - at, n))
+  solid(
+    {cut: |u: real, v: real| at + x * ((u - 0.5) * size) + y * ((v - 0.5) * size)},
+    |p| dot(p - at, n),
+    {cut: |p| dot(p - at, n)},
+  )
 }
 
 /// The part of an open surface that is outside of a solid, or inside of it: a handle ends at a wall.
@@ -441,6 +523,7 @@ fn intersection(solids) = _combined(solids, -1)
 fn separate(solids) = solid(
   {at: for i in 0..len(solids) { each(solids[i], |s| s) }},
   |p| _least(for i in 0..len(solids) { inside(solids[i])(p) }),
+  {at: for i in 0..len(solids) { sides(solids[i]) }},
 )
 
 // What is left of the surfaces of two solids. On a surface of one solid the other is asked a little below or above it,
@@ -485,6 +568,9 @@ fn _intersection_second(surfaces, other) = each(surfaces, |s| |u: real, v: real|
   keep(p, -other(p) - _beside)
 })
 
+/// The sides of surfaces that are turned inside out.
+fn _turned_sides(of) = each_solid(of, |s| s, |side| |p| -side(p))
+
 /// What is inside of either solid.
 fn _inside_union(a, b) = |p| min(a(p), b(p))
 
@@ -512,6 +598,7 @@ fn _combined(solids, side) {
       },
     },
     |p| side * _least(for j in 0..len(insides) { side * insides[j](p) }),
+    {at: for i in 0..len(solids) { sides(solids[i]) }},
   )
 }
 

@@ -101,6 +101,7 @@ fn _thread(
   internal: bool,
   left: bool,
 ) {
+  require 2 * depth < diameter, "the thread is deeper than the rod's radius: make the pitch smaller"
   let profile = |t: real| depth * clamp((crest / 2 + flank - abs(t - 0.5)) / flank, 0, 1)
   let outer = helical(diameter / 2 - depth, length, pitch, profile, run_out, left: left)
   if internal { flip(outer) } else { outer }

@@ -10,8 +10,8 @@ const COMMANDS: [&[&str]; 9] = [
     &["mesh", "ball.gml", "--params", "bad.json", "-o", "new.ply"],
     &["scan", "ball.gml", "--params", "bad.json", "-o", "new.ply", "--truth", "truth.json"],
     &["fit", "ball.gml", "scan.ply", "--params", "bad.json", "-o", "new.json"],
-    &["variance", "ball.gml", "scan.ply", "--params", "bad.json", "--device", "cpu", "-o", "out"],
-    &["inspect", "ball.gml", "scan.ply", "--params", "bad.json", "--device", "cpu", "-o", "out"],
+    &["variance", "ball.gml", "scan.ply", "--params", "bad.json", "--device", "cpu", "--resolution", "32", "-o", "out"],
+    &["inspect", "ball.gml", "scan.ply", "--params", "bad.json", "--device", "cpu", "--resolution", "32", "-o", "out"],
     &["compare", "bad.json", "ball.gml", "-o", "new.json"],
     &["compare", "fit.json", "bad.json", "--align", "--script", "ball.gml"],
 ];

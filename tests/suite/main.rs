@@ -14,6 +14,7 @@ mod defaults;
 mod diagnostics;
 mod dimensions;
 mod documentation;
+mod edges;
 #[cfg(unix)]
 mod ended;
 mod examples;

@@ -38,6 +38,8 @@ pub(crate) enum Builtin {
     Keep,
     Solid,
     Inside,
+    Sides,
+    Fillet,
     SvgPath,
     Glyphs,
     /// Of finished parts, in measures.
@@ -93,8 +95,10 @@ const TABLE: &[(&str, Builtin, &[&str])] = &[
     ("each", Builtin::Each, &["shape", "f"]),
     ("each_solid", Builtin::EachSolid, &["shape", "f", "of_inside"]),
     ("keep", Builtin::Keep, &["point", "where"]),
-    ("solid", Builtin::Solid, &["surfaces", "inside"]),
+    ("solid", Builtin::Solid, &["surfaces", "inside", "sides"]),
     ("inside", Builtin::Inside, &["solid"]),
+    ("sides", Builtin::Sides, &["solid"]),
+    ("fillet", Builtin::Fillet, &["body", "first", "second", "radius"]),
     ("arity", Builtin::Arity, &["f"]),
     ("svg_path", Builtin::SvgPath, &["path", "tolerance"]),
     ("glyphs", Builtin::Glyphs, &["text", "font"]),
@@ -140,7 +144,11 @@ impl Builtin {
 
     /// The number of its arguments that must be given.
     pub(super) fn required(self) -> usize {
-        if self == Builtin::SvgPath { 1 } else { self.parameters().len() }
+        match self {
+            Builtin::SvgPath => 1,
+            Builtin::Solid => 2,
+            _ => self.parameters().len(),
+        }
     }
 
     /// Whether it takes one argument or more.
@@ -167,7 +175,8 @@ impl<'a> Checker<'a> {
             (Builtin::Each, Some(f), None) => self.each(first, f, span),
             (Builtin::EachSolid, Some(f), Some(of_inside)) => self.each_solid(first, f, of_inside, span),
             (Builtin::Keep, Some(value), None) => self.keep_point(first, value, span),
-            (Builtin::Solid, Some(inside), None) => self.make_solid(first, inside, span),
+            (Builtin::Solid, Some(inside), sides) => self.make_solid(first, inside, sides, span),
+            (Builtin::Fillet, ..) => self.fillet_of_values(span),
             (Builtin::SvgPath, tolerance, None) => self.svg_path(first, tolerance, span),
             (Builtin::Glyphs, Some(font), None) => self.glyphs(&first, &font, span),
             (Builtin::Atan2, Some(x), None) => self.atan2(first, x, span),
@@ -186,6 +195,7 @@ impl<'a> Checker<'a> {
             Builtin::Sum => self.sum_of(x, span),
             Builtin::Len => self.len(&x, span),
             Builtin::Inside => self.inside_of(x, span),
+            Builtin::Sides => self.sides_of(x, span),
             Builtin::Stop => self.stop(x, span),
             Builtin::Arity => {
                 let n = if let Type::Closure(id) = x.ty { self.arity(id) } else { 0 };

@@ -1,8 +1,9 @@
 //! Calls: which argument goes to which parameter.
 
 use super::context::{Callee, Checker, error, known};
+use super::edges::name_of;
 use super::expressions::element;
-use super::solids::INSIDE;
+use super::solids::{is_hidden, is_solid};
 use super::typed::{Call, Expr, ExprKind, FunctionId, Type};
 use super::types::ClosureId;
 use crate::diagnostic::{Code, Diagnostic, Edit};
@@ -67,6 +68,9 @@ impl<'a> Checker<'a> {
         if let Some(of_parts) = self.of_parts(&f) {
             return self.figure(of_parts, &paths(), span);
         }
+        if self.is_fillet(&f) {
+            return self.fillet_of(args, span);
+        }
         let args = self.given(args);
         self.call(f, args, span)
     }
@@ -97,7 +101,15 @@ impl<'a> Checker<'a> {
             let paths: Vec<&ast::Expr> = std::iter::once(receiver).chain(args.iter().map(|arg| &arg.value)).collect();
             return self.figure(of_parts, &paths, span);
         }
+        let named = name_of(receiver);
         let receiver = self.expr(receiver);
+        // A body that has fillets has a field of this name, too.
+        if (is_solid(&receiver.ty) || receiver.ty.is_error())
+            && let Some(f) = self.find(&name.text, name.span)
+            && self.is_fillet(&f)
+        {
+            return self.fillet(receiver, named, args, span);
+        }
         if let Some(index) = field_index(&receiver.ty, &name.text) {
             let f = element(receiver, index);
             let args = self.given(args);
@@ -128,7 +140,7 @@ impl<'a> Checker<'a> {
         let message = format!("{} has no '.{}'", self.describe(&value.ty), name.text);
         let diagnostic = Diagnostic::new(Code::UnknownField, name.span, message);
         let fields: Vec<&str> = match &value.ty {
-            Type::Record(fields) => fields.iter().map(|(n, _)| &**n).filter(|n| *n != INSIDE).collect(),
+            Type::Record(fields) => fields.iter().map(|(n, _)| &**n).filter(|n| !is_hidden(n)).collect(),
             _ => Vec::new(),
         };
         let diagnostic = match (nearest(&name.text, fields.iter().copied()), &value.ty) {

@@ -116,7 +116,7 @@ impl Reader<'_> {
         let std: Vec<usize> = {
             let file = &self.files.loaded[id];
             let names = [&file.ast.items, &file.inner].into_iter().flat_map(|items| free::of_items(items));
-            let mut modules: Vec<usize> = names.filter_map(stdlib::module_of).collect();
+            let mut modules: Vec<usize> = names.filter_map(stdlib::needed_by).collect();
             modules.sort_unstable();
             modules.dedup();
             modules

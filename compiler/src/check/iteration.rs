@@ -4,7 +4,7 @@ use super::bindings::wrap;
 use super::context::{Checker, error, int, known};
 use super::expressions::element;
 use super::operators::is_number;
-use super::solids::INSIDE;
+use super::solids::{INSIDE, is_hidden};
 use super::typed::{Expr, ExprKind, Statement, Type};
 use crate::diagnostic::{Code, Diagnostic, Edit};
 use crate::source::Span;
@@ -224,7 +224,7 @@ impl<'a> Checker<'a> {
     }
 
     /// `each(shape, f)`: f of a function, a number or a vector; of anything that holds such, f of each in it.
-    /// What is inside of a solid is left out, and so no solid is left.
+    /// What is inside of a solid, and the sides of its surfaces, are left out, and so no solid is left.
     pub(super) fn each(&mut self, shape: Expr, f: Expr, span: Span) -> Expr {
         let mut statements = Vec::new();
         let f = self.keep(f, &mut statements);
@@ -233,7 +233,7 @@ impl<'a> Checker<'a> {
     }
 
     /// `each_solid(shape, f, of_inside)`: as `each`, and `of_inside` of the function of what is inside of a solid,
-    /// which stays one.
+    /// which stays one, and of the sides of its surfaces.
     pub(super) fn each_solid(&mut self, shape: Expr, f: Expr, of_inside: Expr, span: Span) -> Expr {
         let mut statements = Vec::new();
         let f = self.keep(f, &mut statements);
@@ -263,7 +263,7 @@ impl<'a> Checker<'a> {
                         &**name,
                         match of_inside {
                             Some(g) if &**name == INSIDE => self.call_with(g.clone(), vec![value], span),
-                            None if &**name == INSIDE => continue,
+                            None if is_hidden(name) => continue,
                             _ => self.each_inner(value, f, of_inside, span),
                         },
                     ));

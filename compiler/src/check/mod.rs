@@ -22,6 +22,7 @@ mod convert;
 mod custom_derivatives;
 mod derivatives;
 mod describe;
+mod edges;
 pub(crate) mod entered;
 mod expressions;
 mod figures;

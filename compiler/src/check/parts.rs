@@ -4,7 +4,7 @@ use super::annotations::Expected;
 use super::context::{Checker, error};
 use super::expressions::element;
 use super::model::Entry;
-use super::solids::INSIDE;
+use super::solids::is_hidden;
 use super::typed::{Expr, Part, Type};
 use super::types::Dimension;
 use crate::diagnostic::{Code, Diagnostic};
@@ -68,7 +68,7 @@ impl<'a> Checker<'a> {
                 }
             }
             Type::Record(fields) => {
-                for (i, (field, _)) in fields.iter().enumerate().filter(|(_, (field, _))| &**field != INSIDE) {
+                for (i, (field, _)) in fields.iter().enumerate().filter(|(_, (field, _))| !is_hidden(field)) {
                     self.shapes(entry, &name.field(field), element(shape.clone(), i), parts);
                 }
             }

@@ -13,6 +13,16 @@ use std::sync::Arc;
 /// The name of a solid's first field, its function of points: none that a script can write.
 pub(super) const INSIDE: &str = "";
 
+/// The name of a solid's second field: the sides of its surfaces, under their names. A side is a solid with the surface
+/// as it was made, untrimmed, and the distance from the surface as it goes on beyond its borders. A surface of which
+/// nothing says that has none, or an empty record.
+pub(super) const SIDES: &str = " ";
+
+/// Whether a field of a solid is none of its surfaces.
+pub(super) fn is_hidden(name: &str) -> bool {
+    name == INSIDE || name == SIDES
+}
+
 /// The only name of a solid that the library makes of an array of others: its surfaces are an array of theirs.
 const ELEMENTS: &str = "at";
 
@@ -62,6 +72,11 @@ impl Operation {
         }
     }
 
+    /// The library's function of the second solid's sides, where it bounds the result from within.
+    fn function_of_sides(self) -> Option<&'static str> {
+        (self == Operation::Difference).then_some("_turned_sides")
+    }
+
     /// The library's functions: what is left of the first solid's surfaces, and of the second's, beside a function of
     /// what is inside of the other; and the function of the result.
     fn functions(self) -> [&'static str; 3] {
@@ -76,18 +91,26 @@ impl Operation {
 /// A solid taken apart.
 struct Operand {
     inside: Expr,
+    sides: Vec<(Arc<str>, Expr)>,
     surfaces: Vec<(Arc<str>, Expr)>,
 }
 
+/// The components of a record with their names.
+fn components(record: &Expr) -> Vec<(Arc<str>, Expr)> {
+    let Type::Record(fields) = &record.ty else { return Vec::new() };
+    fields.iter().enumerate().map(|(i, (name, _))| (name.clone(), element(record.clone(), i))).collect()
+}
+
 impl<'a> Checker<'a> {
-    /// `solid(surfaces, inside)`: a solid of a record of surfaces and a function that is negative inside of them.
-    pub(super) fn make_solid(&mut self, surfaces: Expr, inside: Expr, span: Span) -> Expr {
-        let Type::Record(fields) = surfaces.ty.clone() else {
+    /// `solid(surfaces, inside, sides)`: a solid of surfaces and a function that is negative inside of them,
+    /// with the sides of some of the surfaces.
+    pub(super) fn make_solid(&mut self, surfaces: Expr, inside: Expr, sides: Option<Expr>, span: Span) -> Expr {
+        if !matches!(surfaces.ty, Type::Record(_)) {
             let message =
                 format!("a solid is made of a record of surfaces, but this is {}", self.describe(&surfaces.ty));
             let error = Diagnostic::new(Code::TypeMismatch, surfaces.span, message);
             return self.fail(error.hint("name its surfaces: solid({wall: ..., top: ..., base: ...}, |p| ...)"));
-        };
+        }
         if !matches!(inside.ty, Type::Closure(id) if self.accepts(id, 1)) {
             let message = format!(
                 "what is inside of a solid is said by a function of a point, but this is {}",
@@ -98,10 +121,67 @@ impl<'a> Checker<'a> {
         }
         let mut statements = Vec::new();
         let whole = self.keep(surfaces, &mut statements);
-        let named = fields.iter().enumerate().filter(|(_, (name, _))| &**name != INSIDE);
-        let surfaces = named.map(|(i, (name, _))| (name.clone(), element(whole.clone(), i))).collect();
-        let solid = self.joined(Operand { inside, surfaces }, span);
+        let surfaces: Vec<_> = components(&whole).into_iter().filter(|(name, _)| !is_hidden(name)).collect();
+        let mut of_surfaces = Vec::new();
+        if let Some(sides) = sides {
+            let given = self.keep(sides, &mut statements);
+            for (name, side) in components(&given) {
+                let Some((_, surface)) = surfaces.iter().find(|(of, _)| *of == name) else {
+                    let message = format!("this is the side of '{name}', but the solid has no such surface");
+                    return self.fail(Diagnostic::new(Code::UnknownField, side.span, message));
+                };
+                of_surfaces.push((name, self.side_of(surface, side)));
+            }
+        }
+        let solid = self.joined(Operand { inside, sides: of_surfaces, surfaces }, span);
         super::bindings::wrap(statements, solid, span)
+    }
+
+    /// The side of a surface by a function of a point, or the sides of several. What is a side already stays so.
+    fn side_of(&mut self, surface: &Expr, side: Expr) -> Expr {
+        let span = side.span;
+        match (&surface.ty, &side.ty) {
+            (_, ty) if is_solid(ty) => side,
+            (Type::Closure(_), Type::Closure(id)) if self.accepts(*id, 1) => {
+                let surfaces = vec![("wall".into(), surface.clone())];
+                self.joined(Operand { inside: side, sides: Vec::new(), surfaces }, span)
+            }
+            (Type::Record(_), Type::Record(_)) => {
+                let of: Vec<_> = components(surface);
+                let named = components(&side).into_iter().filter_map(|(name, side)| {
+                    let surface = &of.iter().find(|(other, _)| *other == name)?.1;
+                    Some((name, self.side_of(surface, side)))
+                });
+                let named: Vec<_> = named.collect();
+                self.make_record(named.iter().map(|(name, side)| (&**name, side.clone())).collect(), span)
+            }
+            (Type::Array(..) | Type::Tuple(_), Type::Array(..) | Type::Tuple(_)) => {
+                let count = |ty: &Type| match ty {
+                    Type::Array(_, n) => *n,
+                    Type::Tuple(types) => types.len(),
+                    _ => 0,
+                };
+                if count(&surface.ty) != count(&side.ty) {
+                    let message = "there are not as many sides as surfaces";
+                    return self.fail(Diagnostic::new(Code::TypeMismatch, span, message));
+                }
+                let items = (0..count(&side.ty))
+                    .map(|i| self.side_of(&element(surface.clone(), i), element(side.clone(), i)))
+                    .collect();
+                self.array(items, span)
+            }
+            // None, or of a surface that is no single one.
+            _ => self.make_record(Vec::new(), span),
+        }
+    }
+
+    /// `sides(solid)`: the record of the sides of its surfaces.
+    pub(super) fn sides_of(&mut self, solid: Expr, span: Span) -> Expr {
+        if is_solid(&solid.ty) {
+            return Expr { span, ..element(solid, 1) };
+        }
+        let message = format!("'sides' expects a solid, but this is {}", self.describe(&solid.ty));
+        self.fail(Diagnostic::new(Code::TypeMismatch, solid.span, message))
     }
 
     /// `inside(solid)`: the function that is negative inside.
@@ -155,15 +235,33 @@ impl<'a> Checker<'a> {
             }
         }
         let inside = self.call_library(inside, vec![of_a, of_b], span);
-        self.joined(Operand { inside, surfaces }, span)
+        let mut sides = a.sides;
+        for (name, side) in b.sides {
+            let side = match operation.function_of_sides() {
+                Some(function) => self.call_library(function, vec![side], span),
+                None => side,
+            };
+            sides.push((name, side));
+        }
+        self.joined(Operand { inside, sides, surfaces }, span)
     }
 
     /// The solid of an operand.
     fn joined(&mut self, operand: Operand, span: Span) -> Expr {
-        let Operand { inside, surfaces } = operand;
-        let names: Vec<Arc<str>> = surfaces.iter().map(|(name, _)| name.clone()).collect();
-        let named = names.iter().map(|n| &**n).zip(surfaces.into_iter().map(|(_, surface)| surface));
-        self.make_record(std::iter::once((INSIDE, inside)).chain(named).collect(), span)
+        let Operand { inside, sides, surfaces } = operand;
+        let sides = self.record_of(&sides, span);
+        let named = surfaces.iter().map(|(name, surface)| (&**name, surface.clone()));
+        self.make_record([(INSIDE, inside), (SIDES, sides)].into_iter().chain(named).collect(), span)
+    }
+
+    fn record_of(&mut self, named: &[(Arc<str>, Expr)], span: Span) -> Expr {
+        self.make_record(named.iter().map(|(name, value)| (&**name, value.clone())).collect(), span)
+    }
+
+    /// A solid's function, sides and surfaces as another one: with other surfaces, some of them new.
+    pub(super) fn solid_of(&mut self, inside: Expr, sides: Expr, surfaces: Vec<(Arc<str>, Expr)>, span: Span) -> Expr {
+        let sides = components(&sides);
+        self.joined(Operand { inside, sides, surfaces }, span)
     }
 
     /// Both operands taken apart, or an error.
@@ -217,7 +315,8 @@ impl<'a> Checker<'a> {
         if &*fields[0].0 == INSIDE {
             let (_, inside) = values.next()?;
             let inside = self.keep(inside, statements);
-            return Some(Operand { inside, surfaces: values.collect() });
+            let (_, sides) = values.next()?;
+            return Some(Operand { inside, sides: components(&sides), surfaces: values.collect() });
         }
         let mut all: Option<Operand> = None;
         for (name, value) in values.collect::<Vec<_>>() {
@@ -254,15 +353,16 @@ impl<'a> Checker<'a> {
         let Type::Record(fields) = value.ty.clone() else { return None };
         let whole = self.keep(value, statements);
         let inside = self.keep(element(whole.clone(), 0), statements);
+        let sides = element(whole.clone(), 1);
         // The surfaces of an array of solids, as `union` and `separate` have them, are those of the name.
-        let surfaces = if fields.len() == 2 && &*fields[1].0 == ELEMENTS {
-            element(whole, 1)
+        let (sides, surfaces) = if fields.len() == 3 && &*fields[2].0 == ELEMENTS {
+            let of_elements = components(&sides).into_iter().find(|(name, _)| &**name == ELEMENTS);
+            (of_elements.map_or(sides, |(_, sides)| sides), element(whole, 2))
         } else {
-            let named = fields.iter().enumerate().skip(1);
-            let named = named.map(|(i, (n, _))| (&**n, element(whole.clone(), i))).collect();
-            self.make_record(named, span)
+            let named: Vec<_> = components(&whole).into_iter().filter(|(name, _)| !is_hidden(name)).collect();
+            (sides, self.record_of(&named, span))
         };
-        Some(Operand { inside, surfaces: vec![(name, surfaces)] })
+        Some(Operand { inside, sides: vec![(name.clone(), sides)], surfaces: vec![(name, surfaces)] })
     }
 
     /// The union of several values under one name; their surfaces are an array or a record.
@@ -285,22 +385,28 @@ impl<'a> Checker<'a> {
                 }
             });
         }
-        let Operand { inside, surfaces } = all?;
-        let surfaces = if as_array {
-            self.make_tuple(surfaces.into_iter().map(|(_, s)| s).collect(), span)
-        } else {
-            let names: Vec<Arc<str>> = surfaces.iter().map(|(n, _)| n.clone()).collect();
-            self.make_record(names.iter().map(|n| &**n).zip(surfaces.into_iter().map(|(_, s)| s)).collect(), span)
-        };
-        Some(Operand { inside, surfaces: vec![(name, surfaces)] })
+        let Operand { inside, sides, surfaces } = all?;
+        let [sides, surfaces] = [sides, surfaces].map(|named| {
+            if as_array {
+                self.make_tuple(named.into_iter().map(|(_, value)| value).collect(), span)
+            } else {
+                self.record_of(&named, span)
+            }
+        });
+        Some(Operand { inside, sides: vec![(name.clone(), sides)], surfaces: vec![(name, surfaces)] })
     }
 
     /// Calls a function of the library's module of solids, which every solid comes from.
     fn call_library(&mut self, name: &'static str, args: Vec<Expr>, span: Span) -> Expr {
-        let module = self.modules.iter().position(|module| module.std && module.name == MODULE);
+        self.call_of(MODULE, name, args, span)
+    }
+
+    /// Calls a function of a module of the library.
+    pub(super) fn call_of(&mut self, home: &'static str, name: &'static str, args: Vec<Expr>, span: Span) -> Expr {
+        let module = self.modules.iter().position(|module| module.std && module.name == home);
         let Some(module) = module else {
-            let message = "this operation needs std.solid";
-            return self.fail(Diagnostic::new(Code::UnknownModule, span, message).hint("add: use std.solid"));
+            let message = format!("this operation needs {home}");
+            return self.fail(Diagnostic::new(Code::UnknownModule, span, message).hint(format!("add: use {home}")));
         };
         let function = self.of_file(module, name, span);
         self.call_with(function, args, span)

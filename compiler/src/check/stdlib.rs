@@ -30,6 +30,14 @@ pub(crate) fn names(text: &'static str) -> impl Iterator<Item = &'static str> {
     })
 }
 
+/// The module that a script with a name in it needs: the one that defines it, or that a built-in function calls.
+pub(super) fn needed_by(name: &str) -> Option<usize> {
+    if name == super::edges::FILLETS {
+        return MODULES.iter().position(|(module, _)| *module == super::edges::MODULE);
+    }
+    module_of(name)
+}
+
 /// The module that defines a name for others.
 pub(super) fn module_of(name: &str) -> Option<usize> {
     static INDEX: OnceLock<HashMap<&str, usize>> = OnceLock::new();

@@ -105,16 +105,25 @@ impl Trimmed<'_> {
         if absent.is_empty() {
             return Ok(());
         }
+        // From the foot on the whole patch the edge beside it is found; from the facet the one that leads around what is
+        // not there. Beside a tangent edge the function may lead from either to another edge.
+        let mut beside: Vec<Foot> = feet.to_vec();
+        let from: Vec<(usize, DVec2)> = absent.iter().map(|i| (*i, DVec2::from_array(feet[*i].uv))).collect();
+        self.walk(&from, q, &mut beside)?;
         let from: Vec<(usize, DVec2)> = absent.iter().map(|i| (*i, DVec2::from_array(start[*i]))).collect();
-        let lost = self.walk(&from, q, feet)?;
-        let from = self.edges_near(&lost, q, feet)?;
         self.walk(&from, q, feet)?;
-        Ok(())
+        for i in &absent {
+            if beside[*i].d2 < feet[*i].d2 {
+                feet[*i] = beside[*i];
+            }
+        }
+        let lost: Vec<usize> = absent.into_iter().filter(|i| !feet[*i].d2.is_finite()).collect();
+        let from = self.edges_near(&lost, q, feet)?;
+        self.walk(&from, q, feet)
     }
 
-    /// Walks along the edge from places near it; returns the points of which no edge was found, whose feet keep their
-    /// places.
-    fn walk(&self, from: &[(usize, DVec2)], q: &[DVec3], feet: &mut [Foot]) -> Result<Vec<usize>, EvaluationError> {
+    /// Walks along the edge from places near it. Feet of which no edge is found are infinitely far and keep their places.
+    fn walk(&self, from: &[(usize, DVec2)], q: &[DVec3], feet: &mut [Foot]) -> Result<(), EvaluationError> {
         let begin = |(index, at): &(usize, DVec2)| Walk {
             index: *index,
             at: *at,
@@ -144,7 +153,7 @@ impl Trimmed<'_> {
             walks = goes_on;
         }
         walks.into_iter().for_each(|walk| feet[walk.index] = walk.best);
-        Ok(from.iter().map(|(index, _)| *index).filter(|index| !feet[*index].d2.is_finite()).collect())
+        Ok(())
     }
 
     fn here(&self, walks: &[Walk]) -> Result<Vec<Here>, EvaluationError> {

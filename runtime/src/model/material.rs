@@ -94,8 +94,12 @@ impl Material {
         Ok(Self::of_mesh(&mesh, inverted, diagonal))
     }
 
-    /// The fineness of the triangles of a model with a diagonal. Millimetres.
+    /// The fineness of the triangles of a model with a diagonal: as coarse as can be of one of which nothing is left.
+    /// Millimetres.
     pub(crate) fn fineness(diagonal: f64) -> Fineness {
+        if diagonal == 0.0 {
+            return Fineness { chord: f64::INFINITY, ..Fineness::default() };
+        }
         Fineness { chord: CHORD * DEPTH * diagonal, edge: EDGE * diagonal, ..Fineness::default() }
     }
 

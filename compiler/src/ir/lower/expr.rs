@@ -71,8 +71,8 @@ impl<'m> Frame<'_, 'm> {
             }
         }
         let mut values = self.expr(value)?;
-        // The first requirement is guarded last, so that it is the first to fail.
-        for (condition, failure) in guards.into_iter().rev() {
+        // Nodes are evaluated in their order: the first requirement is the first to fail.
+        for (condition, failure) in guards {
             values.iter_mut().for_each(|v| *v = self.b.guard(*v, condition, failure));
         }
         Ok(values)

@@ -181,8 +181,8 @@ impl<'m> Frame<'_, 'm> {
     /// Scalars where requirements are met.
     fn required(&mut self, values: &[Value], requirements: &[Requirement<'m>]) -> Result<Rc<[Value]>, SizeError> {
         let mut guarded = values.to_vec();
-        // The first requirement is guarded last, so that it is the first to fail.
-        for Requirement { condition, scope, failure } in requirements.iter().rev() {
+        // Nodes are evaluated in their order: the first requirement is the first to fail.
+        for Requirement { condition, scope, failure } in requirements {
             let condition = self.within(*scope, |frame| frame.scalar(condition))?;
             guarded.iter_mut().for_each(|v| *v = self.b.guard(*v, condition, *failure));
         }

@@ -70,6 +70,9 @@ pub struct Fineness {
 /// The most triangles of the grids of all patches with creases across u and v: refinement follows these better, and a
 /// triangle beside them takes 50 evaluations of the surface.
 const MOST_OBLIQUE: usize = 200_000;
+/// What is left of a trimmed model counts as no smaller than this part of its untrimmed patches where triangles are as
+/// large as the model: they would else be without number where nothing, or next to nothing, is left.
+const LEAST_OF_WHOLE: f64 = 0.01;
 /// Triangles by which refinement may exceed the grids.
 const MOST_ADDED: usize = 500_000;
 
@@ -164,7 +167,7 @@ impl Tessellation {
     }
 
     /// The diagonal of the box around a model, by grids of the same number of segments for every patch; around what is
-    /// there, where patches are trimmed. Millimetres.
+    /// there, where patches are trimmed, unless that is nothing, and no less than a hundredth of the other. Millimetres.
     ///
     /// # Errors
     /// The surface cannot be evaluated.
@@ -174,7 +177,11 @@ impl Tessellation {
             return Ok(whole);
         }
         let fineness = Fineness { chord: f64::INFINITY, max_segments: segments, ..Fineness::default() };
-        Ok(Self::new(model, instance, fineness)?.mesh.bounds().diagonal())
+        let there = Self::new(model, instance, fineness)?.mesh;
+        if there.triangles.is_empty() {
+            return Ok(whole);
+        }
+        Ok(there.bounds().diagonal().max(LEAST_OF_WHOLE * whole))
     }
 
     /// Tessellates every patch on a grid of the same number of segments, whatever its shape.

@@ -28,6 +28,13 @@ const ROUNDS: usize = 12;
 /// Holes so short, in chords, are closed whatever their shape: triangles as small as the chord are not divided, and
 /// where several edges meet they may leave a hole of their size.
 const SMALL_HOLE: f64 = 16.0;
+/// Mean width, in chords, of holes within one patch that are closed as well, as where it ends in a point between two
+/// others. What is open by more may be meant to be so.
+const SLIT: f64 = 0.25;
+/// Rounds of closing such holes: where three edges run into each other, closing one may leave a smaller one.
+const ROUNDS_OF_HOLES: usize = 4;
+/// The most triangles that are turned over together: folds have a few.
+const MOST_TURNED: usize = 24;
 /// Steps that find a vertex on the other patch.
 const STEPS: usize = 12;
 
@@ -46,10 +53,18 @@ pub(super) fn stitch(mesh: &mut Refinement<'_>, is_trimmed: &[bool]) -> Result<(
             break;
         }
     }
-    gaps.mark_small_holes();
-    gaps.close()?;
-    drop_flat(mesh);
-    drop_folds(mesh, is_trimmed);
+    for round in 0..ROUNDS_OF_HOLES {
+        let mut gaps = Gaps::of(mesh, is_trimmed);
+        gaps.turns = round > 0;
+        let any = gaps.mark_small_holes();
+        gaps.close()?;
+        drop_flat(mesh);
+        drop_folds(mesh, is_trimmed);
+        if !any {
+            break;
+        }
+    }
+    turn_folds(mesh, is_trimmed);
     Ok(())
 }
 
@@ -127,9 +142,7 @@ fn drop_folds(mesh: &mut Refinement<'_>, is_trimmed: &[bool]) {
     let mut waiting: HashMap<[u32; 3], usize> = HashMap::new();
     let mut kept = vec![true; mesh.mesh.triangles.len()];
     for (triangle, corners) in mesh.mesh.triangles.iter().enumerate() {
-        let [a, b, c] = mesh.mesh.corners(*corners);
-        let longest = mesh.longest_side(triangle);
-        if !is_trimmed[mesh.patches[triangle] as usize] || (b - a).cross(c - a).length() > mesh.chord * longest {
+        if !is_trimmed[mesh.patches[triangle] as usize] || !is_narrow(mesh, triangle) {
             continue;
         }
         let turned = |[a, b, c]: [u32; 3]| [[a, b, c], [b, c, a], [c, a, b]].into_iter().min().unwrap_or_default();
@@ -141,6 +154,51 @@ fn drop_folds(mesh: &mut Refinement<'_>, is_trimmed: &[bool]) {
     }
     retain_marked(&mut mesh.mesh.triangles, &kept);
     retain_marked(&mut mesh.patches, &kept);
+}
+
+/// Turns groups of a few narrow triangles over that run against all others at their edges, as they are left where a gap
+/// beside a fold was closed.
+fn turn_folds(mesh: &mut Refinement<'_>, is_trimmed: &[bool]) {
+    let number = mesh.mesh.position_numbers();
+    let sides = |corners: [u32; 3]| {
+        let [a, b, c] = corners.map(|i| number[i as usize]);
+        [(a, b), (b, c), (c, a)]
+    };
+    let mut at_side: HashMap<(u32, u32), Vec<usize>> = HashMap::new();
+    for (triangle, corners) in mesh.mesh.triangles.iter().enumerate() {
+        sides(*corners).into_iter().for_each(|side| at_side.entry(side).or_default().push(triangle));
+    }
+    let at = |side: (u32, u32)| at_side.get(&side).map_or(&[][..], Vec::as_slice);
+    let runs_against = |(a, b): (u32, u32)| at((a, b)).len() == 2 && at((b, a)).is_empty();
+    let mut first: Vec<usize> =
+        at_side.iter().filter(|(side, _)| runs_against(**side)).flat_map(|(_, t)| t).copied().collect();
+    first.sort_unstable();
+    let mut turned = vec![false; mesh.mesh.triangles.len()];
+    for first in first {
+        let mut group = vec![first];
+        let mut k = 0;
+        while k < group.len() && group.len() <= MOST_TURNED {
+            for (a, b) in sides(mesh.mesh.triangles[group[k]]) {
+                let beside = at((b, a)).iter().filter(|other| !group.contains(other)).copied();
+                let beside: Vec<usize> = beside.collect();
+                group.extend(beside);
+            }
+            k += 1;
+        }
+        let may_turn = |t: &usize| !turned[*t] && is_trimmed[mesh.patches[*t] as usize] && is_narrow(mesh, *t);
+        if group.len() <= MOST_TURNED && group.iter().all(may_turn) {
+            group.iter().for_each(|t| turned[*t] = true);
+        }
+    }
+    for (corners, _) in mesh.mesh.triangles.iter_mut().zip(&turned).filter(|(_, turned)| **turned) {
+        corners.swap(0, 1);
+    }
+}
+
+/// Whether a triangle is no higher than a chord over its longest side.
+fn is_narrow(mesh: &Refinement<'_>, triangle: usize) -> bool {
+    let [a, b, c] = mesh.mesh.corners(mesh.mesh.triangles[triangle]);
+    (b - a).cross(c - a).length() <= mesh.chord * mesh.longest_side(triangle)
 }
 
 /// The open edges of a mesh while they are closed.
@@ -158,6 +216,8 @@ struct Gaps<'m, 'a> {
     /// Ends of gaps: their widths as bits, which have the order of positive numbers, and the shorter and the longer
     /// edge.
     ends: BinaryHeap<Reverse<(u64, usize, usize)>>,
+    /// Whether the edges of a small hole may run either way about it: beside a fold, narrower than the chord, they do.
+    turns: bool,
 }
 
 impl<'m, 'a> Gaps<'m, 'a> {
@@ -165,7 +225,7 @@ impl<'m, 'a> Gaps<'m, 'a> {
         let number = mesh.mesh.position_numbers();
         let open = open_edges(mesh, &number);
         let (at, of_triangle, ends) = (HashMap::new(), HashMap::new(), BinaryHeap::new());
-        let mut gaps = Self { mesh, is_trimmed, number, edges: Vec::new(), at, of_triangle, ends };
+        let mut gaps = Self { mesh, is_trimmed, number, edges: Vec::new(), at, of_triangle, ends, turns: false };
         open.into_iter().for_each(|edge| gaps.add(edge));
         (0..gaps.edges.len()).for_each(|edge| gaps.look(edge));
         gaps
@@ -237,7 +297,7 @@ impl<'m, 'a> Gaps<'m, 'a> {
         let width = (shorter - along * longer).length();
         let leaves = edges.iter().filter(|edge| self.numbers(edge)[0] == number).count() == 1;
         let is_gap = if edges.iter().all(|edge| edge.in_small_hole) {
-            leaves
+            leaves || self.turns
         } else {
             self.may_meet(&edges[0], &edges[1]) && width <= (WIDEST * self.mesh.chord).min(STEEPEST * shorter.length())
         };
@@ -325,35 +385,51 @@ impl<'m, 'a> Gaps<'m, 'a> {
         (is_beside && self.open_at(number).any(runs_along)).then_some(width)
     }
 
-    /// Marks the edges of small holes between patches, and notes where they can be closed.
-    fn mark_small_holes(&mut self) {
+    /// Marks the edges of small holes between patches, and notes where they can be closed. Whether there are any.
+    fn mark_small_holes(&mut self) -> bool {
         let mut seen = vec![false; self.edges.len()];
         for first in 0..self.edges.len() {
             let mut way: Vec<usize> = Vec::new();
             let mut next = Some(first).filter(|k| self.edges[*k].is_some() && !seen[*k]);
-            while let Some(edge) = next {
+            // Where the way has been: the beginning of each of its edges.
+            let mut starts: Vec<u32> = Vec::new();
+            let mut at = next.and_then(|k| self.edges[k]).map(|open| self.numbers(&open)[0]);
+            while let (Some(edge), Some(start)) = (next, at) {
                 seen[edge] = true;
                 way.push(edge);
-                let Some(end) = self.edges[edge].map(|open| self.numbers(&open)[1]) else { break };
-                let leaves = |k: &usize| self.edges[*k].is_some_and(|open| self.numbers(&open)[0] == end);
+                starts.push(start);
+                let Some([a, b]) = self.edges[edge].map(|open| self.numbers(&open)) else { break };
+                let end = if a == start { b } else { a };
                 // Back where the way has been, the hole is what lies between.
-                if let Some(from) = way.iter().position(leaves) {
+                if let Some(from) = starts.iter().position(|start| *start == end) {
                     self.mark(&way[from..]);
                     break;
                 }
-                next = self.open_at(end).find(|k| !seen[*k] && leaves(k));
+                let leaves = |k: &usize| self.edges[*k].is_some_and(|open| self.numbers(&open)[0] == end);
+                next = self.open_at(end).find(|k| !seen[*k] && (leaves(k) || self.turns));
+                at = Some(end);
             }
         }
         let marked = |k: &usize| self.edges[*k].is_some_and(|open| open.in_small_hole);
-        (0..seen.len()).filter(marked).collect::<Vec<_>>().into_iter().for_each(|edge| self.look(edge));
+        let marked: Vec<usize> = (0..seen.len()).filter(marked).collect();
+        marked.iter().for_each(|edge| self.look(*edge));
+        !marked.is_empty()
     }
 
-    /// Marks the edges of a hole if it is small, and between several patches.
+    /// Marks the edges of a hole if it is small, and between several patches or but a slit.
     fn mark(&mut self, hole: &[usize]) {
         let edges: Vec<Open> = hole.iter().filter_map(|k| self.edges[*k]).collect();
+        let Some(first) = edges.first() else { return };
         let length: f64 = edges.iter().map(|open| self.length(open)).sum();
-        let first = edges.first().map(|open| self.patch(open));
-        if length <= SMALL_HOLE * self.mesh.chord && edges.iter().any(|open| Some(self.patch(open)) != first) {
+        let from = position(self.mesh, first.ends[0]);
+        let spanned = |open: &Open| {
+            let [a, b] = open.ends.map(|i| position(self.mesh, i) - from);
+            a.cross(b)
+        };
+        let area = 0.5 * edges.iter().map(spanned).sum::<DVec3>().length();
+        let is_slit = self.is_trimmed[self.patch(first) as usize] && area <= SLIT * length * self.mesh.chord;
+        let is_mixed = edges.iter().any(|open| self.patch(open) != self.patch(first));
+        if length <= SMALL_HOLE * self.mesh.chord && (is_mixed || is_slit) {
             hole.iter().filter_map(|k| self.edges[*k].as_mut().map(|open| open.in_small_hole = true)).for_each(drop);
         }
     }

@@ -1,0 +1,115 @@
+//! Fillets of edges that are named: closed, of the right volume, and errors where there can be none.
+
+use crate::solids::{checked, measure, must_be_closed};
+use crate::support::{fails, gmlc};
+use std::f64::consts::PI;
+use std::fs;
+use tempfile::tempdir;
+
+/// The area that a fillet of radius 1 takes off a right angle, or fills.
+const CORNER: f64 = 1.0 - PI / 4.0;
+
+/// How far the centroid of that area is from either wall.
+fn middle() -> f64 {
+    (10.0 - 3.0 * PI) / (12.0 - 3.0 * PI)
+}
+
+/// A model of a body, with its volume where that is asked for.
+fn model(lets: &str, body: &str, with_volume: bool) -> String {
+    let volume = if with_volume { "  measure v = volume(body)\n" } else { "" };
+    format!("model m {{\n  param r: length in 0.1mm..20mm = 2mm\n{volume}  {lets}\n  part body = {body}\n}}\n")
+}
+
+const BOX: &str = "let b = box(width: 40mm, depth: 20mm, height: 10mm)";
+
+#[test]
+fn straight_edges_lose_or_gain_their_section_times_their_length() {
+    let angle = "let b = box(width: 40mm, depth: 30mm, height: 10mm) + {
+    post: box(width: 20mm, depth: 30mm, height: 30mm).translate((-10mm, 0mm, 0mm)),
+  }";
+    let cases = [
+        (BOX, "b.fillet(top, right, r)", -20.0, 8000.0),
+        (BOX, "fillet(b, b.front, left, radius: r).fillet(back, right, r)", -20.0, 8000.0),
+        (angle, "b.fillet(top, post.right, r)", 30.0, 24_000.0),
+    ];
+    for (lets, body, length, whole) in cases {
+        let check = checked(&model(lets, body, true), &[]);
+        assert_eq!(check["closed"], true, "{body}: {}", check["open_borders"]);
+        let (volume, truth) = (measure(&check, 0), whole + CORNER * 4.0 * length);
+        assert!((volume - truth).abs() < 0.01, "{body}: {volume} for {truth}");
+        let slope = check["measures"][0]["derivatives"]["r"].as_f64().expect("a derivative");
+        let expected = CORNER * 4.0 * length;
+        assert!((slope / expected - 1.0).abs() < 1e-3, "{body}: {slope} for {expected}");
+    }
+}
+
+/// By Pappus, to the strip where the surfaces touch.
+#[test]
+fn the_rim_of_a_hole_loses_a_part_of_a_torus() {
+    let lets =
+        "let b = box(width: 40mm, depth: 30mm, height: 10mm) - {hole: capped_cylinder(radius: 8mm, height: 10mm)}";
+    let check = checked(&model(lets, "b.fillet(top, hole.wall, r)", true), &[]);
+    assert_eq!(check["closed"], true, "{}", check["open_borders"]);
+    let lost = 12_000.0 - PI * 640.0 - measure(&check, 0);
+    let truth = 2.0 * PI * (8.0 + 2.0 * middle()) * CORNER * 4.0;
+    assert!((lost / truth - 1.0).abs() < 2e-3, "{lost} for {truth}");
+}
+
+#[test]
+fn fillets_of_all_kinds_of_edges_are_closed() {
+    let boss = "let b = box(width: 40mm, depth: 30mm, height: 10mm) + {
+    post: capped_cylinder(radius: 8mm, height: 30mm).rotate(90deg, (0, 0, 1)),
+  }";
+    let drilled = "let drill = capped_cylinder(radius: 4mm, height: 40mm).translate((0mm, 0mm, -20mm))
+  let b = capped_cylinder(radius: 10mm, height: 40mm) - {
+    hole: drill.rotate(90deg, (0, 1, 0)).translate((0mm, 0mm, 20mm)),
+  }";
+    let slanted = "let b = box(width: 40mm, depth: 20mm, height: 10mm) & {
+    slope: half_space(at: (0mm, 0mm, 8mm), normal: (0.3, 0, 1), size: 60mm),
+  }";
+    let rib = "let b = box(width: 60mm, depth: 30mm, height: 10mm) + {
+    bar: box(width: 20mm, depth: 90mm, height: 10mm).translate((0mm, 50mm, 0mm)),
+  }";
+    let cases = [
+        (BOX, "b.fillet(top, right, r).fillet(top, front, r)"),
+        (boss, "b.fillet(top, post.wall, r).fillet(post.top, post.wall, r)"),
+        (drilled, "b.fillet(wall, hole.wall, r)"),
+        (slanted, "b.fillet(slope.cut, front, r).translate((1mm, 2mm, 3mm)).mirror()"),
+        (rib, "b.fillet(bar.top, bar.right, r)"),
+    ];
+    for (lets, body) in cases {
+        let check = checked(&model(lets, body, false), &[]);
+        assert_eq!(check["closed"], true, "{body}: {}", check["open_borders"]);
+    }
+}
+
+#[test]
+fn the_mesh_of_an_angle_with_a_fillet_is_closed() {
+    let folder = tempdir().expect("a folder");
+    fs::write(folder.path().join("m.gml"), model(BOX, "b.fillet(top, right, r)", false)).expect("written");
+    gmlc(folder.path(), &["mesh", "m.gml", "-o", "m.stl"]);
+    must_be_closed(&folder.path().join("m.stl"));
+}
+
+#[test]
+fn what_cannot_be_rounded_says_why() {
+    let folder = tempdir().expect("a folder");
+    let holes = "let b = box() - {hole: for i in 0..2 { capped_cylinder(radius: 2mm).translate((i * 9mm, 0mm, 0mm)) }}";
+    let own = "let b = solid({wall: sphere(9mm), other: sphere(9mm)}, |p| norm(p) - 9mm)";
+    let cases = [
+        (BOX, "b.fillet(top, rihgt, r)", "did you mean 'right'?"),
+        (BOX, "b.fillet(top, top, r)", "both of these are 'top'"),
+        (BOX, "b.fillet(top, base, r)", "do not meet in an edge"),
+        (BOX, "b.fillet(top, right, 0mm)", "the radius of a fillet is positive"),
+        (BOX, "b.fillet(top, right, 15mm)", "make it smaller"),
+        (BOX, "b.fillet(top, r)", "two surfaces of the body and a radius"),
+        (holes, "b.fillet(top, hole, r)", "'hole' is several surfaces"),
+        (holes, "b.fillet(top, hole[2].wall, r)", "no surface 'hole[2]'"),
+        (own, "b.fillet(wall, other, r)", "goes on beyond its borders"),
+    ];
+    for (lets, body, said) in cases {
+        fs::write(folder.path().join("m.gml"), model(lets, body, false)).expect("written");
+        let errors = fails(folder.path(), &["check", "m.gml"], 1);
+        assert!(errors.contains(said), "{body}: {errors}");
+    }
+}
