@@ -23,6 +23,8 @@ fn cove(radius: length, length: length) =
 /// inside(cove_ring(10mm, 2mm, inward: true))((0mm, 9.5mm, 0.5mm)) < 0mm   // = true
 /// ```
 fn cove_ring(radius: length, fillet: length, inward: bool = false) {
+  require not inward or fillet <= radius,
+    "the fillet on the inner side of a cylinder is no more than its radius"
   let far = if inward { radius - fillet } else { radius + fillet }
   pipe(outer: max(radius, far), inner: min(radius, far), height: fillet)
     - {round: _ring(far, fillet).translate((0mm, 0mm, fillet))}

@@ -192,6 +192,10 @@ fn _rounded(body, first, wall_of_first, second, wall_of_second, radius: length) 
   require score > 0, "these surfaces of the body do not meet in an edge that could be rounded"
   let k = int(chosen)
   let (once, again) = (stop(_survey(pair, radius, k, 0)), stop(_survey(pair, radius, k, 1)))
+  // Two edges that end in each other are one, which turns back.
+  let beyond = min(_meeting(pair, k, once[1] - 1/32, 0), _meeting(pair, k, once[2] + 1/32, 0))
+  require again[6] == 0 or beyond > -0.5,
+    "no parameter of either surface runs all along this edge, as where two balls meet: turn one of them so that its axis goes through the middle of the edge"
   let sum = once[5] + again[5]
   require abs(sum) == once[6] + again[6],
     "the edge of these surfaces is an outer one in some places and an inner one in others: a fillet has one kind"
@@ -231,11 +235,14 @@ fn _from_other(pair, k: int, t: real, x: real) -> length {
 }
 
 /// The first, or the last, x at which the wall meets the other surface, from a sixteenth before the wall to as much
-/// behind it, as edges lie on its borders; -1 for none.
+/// behind it, as edges lie on its borders, or once about a wall that is closed; -1 for none.
 fn _meeting(pair, k: int, t: real, last: int) {
+  let closed = norm(_on_wall(pair, k, t, 0) - _on_wall(pair, k, t, 1)) < _near
+  // Where a closed wall begins an edge may well be, which would be met twice.
+  let (begin, end) = if closed { (0.0137, 1.0137) } else { (-1 / 16, 17/16) }
   let found = loop(-1.0, 16, |found, i| {
     let at = if last == 1 { 15 - i } else { i }
-    let (low, high) = (mix(-1 / 16, 17/16, at / 16), mix(-1 / 16, 17/16, (at + 1) / 16))
+    let (low, high) = (mix(begin, end, at / 16), mix(begin, end, (at + 1) / 16))
     let crosses = _from_other(pair, k, t, low) * _from_other(pair, k, t, high) <= 0mm * 0mm
     if found < -0.5 and crosses { (low + high) / 2 } else { found }
   })
@@ -264,23 +271,35 @@ fn _kind(pair, radius: length, e) {
 
 /// What 32 stations say of an edge along t: how well it runs that way, its first and last t, its least and greatest x,
 /// the sum of its kinds, and at how many stations it is.
-fn _survey(pair, radius: length, k: int, last: int) = loop((0.0, 2.0, -1.0, 2.0, -2.0, 0.0, 0.0), 32, |s, i| {
-  let t = (i + 0.5) / 32
-  let x = _meeting(pair, k, t, last)
-  // The last one is another than the first.
-  let none = x < -0.5 or last == 1 and abs(_meeting(pair, k, t, 0) - x) < 1e-6
-  let kind = if none { 0.0 } else { _kind(pair, radius, _on_wall(pair, k, t, x)) }
-  fn at(t: real, x: real) = _on_wall(pair, k, t, x)
-  fn off(t: real, x: real) -> length = _from_other(pair, k, t, x)
-  let along = off'x(t, x) * norm(at't(t, x)) / (1mm * 1mm)
-  let across = off't(t, x) * norm(at'x(t, x)) / (1mm * 1mm)
-  let share = along ^ 2 / (along ^ 2 + across ^ 2 + 1e-30)
-  if kind == 0 {
-    s
-  } else {
-    (s[0] + share, min(s[1], t), max(s[2], t), min(s[3], x), max(s[4], x), s[5] + kind, s[6] + 1)
-  }
-})
+fn _survey(pair, radius: length, k: int, last: int) = loop(
+  (0.0, 2.0, -1.0, 2.0, -2.0, 0.0, 0.0),
+  32,
+  |s, i| {
+    let t = (i + 0.5) / 32
+    let x = _meeting(pair, k, t, last)
+    // The last one is another than the first.
+    let none = x < -0.5 or last == 1 and abs(_meeting(pair, k, t, 0) - x) < 1e-6
+    let kind = if none { 0.0 } else { _kind(pair, radius, _on_wall(pair, k, t, x)) }
+    fn at(t: real, x: real) = _on_wall(pair, k, t, x)
+    fn off(t: real, x: real) -> length = _from_other(pair, k, t, x)
+    let along = off'x(t, x) * norm(at't(t, x)) / (1mm * 1mm)
+    let across = off't(t, x) * norm(at'x(t, x)) / (1mm * 1mm)
+    let share = along ^ 2 / (along ^ 2 + across ^ 2 + 1e-30)
+    if kind == 0 {
+      s
+    } else {
+      (
+        s[0] + share,
+        min(s[1], t),
+        max(s[2], t),
+        min(s[3], x),
+        max(s[4], x),
+        s[5] + kind,
+        s[6] + 1,
+      )
+    }
+  },
+)
 
 /// From where to where along t an edge is followed, where across balls are sought, on which side of the wall, and
 /// whether it is there at all. The ends are those of the stations, and beyond them as far as the fillet runs over other
@@ -292,7 +311,11 @@ fn _edge_along(pair, radius: length, k: int, s, run, last: int) {
   let (by_t, by_x) = (at't(t, x), at'x(t, x))
   let closed = norm(at(0, x) - at(1, x)) < _near
   let wide = 1/16 + 2 * radius / (norm(by_x) + _near)
-  let out = if k < 2 { _gradient(pair.a, at(t, x)) } else { _gradient(pair.b, at(t, x)) }
+  let e = at(t, x)
+  let (of_a, of_b) = (_gradient(pair.a, e), _gradient(pair.b, e))
+  require not there or max(abs(norm(of_a) - 1), abs(norm(of_b) - 1)) < 0.001,
+    "the side of one of these surfaces tells no distances there, as of a body that is scaled unlike along its axes"
+  let out = if k < 2 { of_a } else { of_b }
   let between = stop(if there { (run[3] - wide, run[4] + wide) } else { (0.0, 1.0) })
   let side = stop(s * sign(dot(cross(by_t, by_x), out)))
   let whole = closed or not there
@@ -448,12 +471,14 @@ fn _end_of(pair, radius: length, k: int, s, edge, end, filled) {
   fn along(t: real, x: real) = _on_wall(pair, k, t, x)
   // Away from what is filled.
   let outwards = stop(s * kind * dot(cross(b, a), along't(at, ball.v))) > 0mm
+  // What coincides with the end is asked a little before it.
+  let before = normalize(along't(at, ball.v)) * (-kind * 100 * _near)
   // A little beyond the edge.
   let far = 1.5 * radius / sqrt((1 + dot(a, b)) / 2 + 1e-9)
   |u: real, v: real| {
     let w = if outwards { u } else { 1 - u }
     let toward = (a * sin(turn * (1 - w)) + b * sin(turn * w)) / sin(turn)
     let p = ball.center + toward * mix(radius, far, v)
-    keep(p, if is_there { filled(p) - _near } else { -radius })
+    keep(p, if is_there { filled(p + before) - _near } else { -radius })
   }
 }

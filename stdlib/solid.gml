@@ -56,6 +56,7 @@ fn rounded_box(
   height: length = 20mm,
   radius: length = 2mm,
 ) {
+  require radius > 0mm, "the radius of a rounded box is above zero: without it is a 'box'"
   require 2 * radius < min(width, depth, height),
     "the radius of a rounded box is less than half of its shortest side: beyond that it is a 'capsule' or a 'ball'"
   solid(
@@ -295,11 +296,10 @@ model _hollow_sphere {
 /// ```gml
 /// inside(ball(radius: 5mm))((0mm, 3mm, 0mm))   // = -2 mm
 /// ```
-fn ball(radius: length = 10mm) = solid(
-  {wall: sphere(radius)},
-  |p| norm(p) - radius,
-  {wall: |p| norm(p) - radius},
-)
+fn ball(radius: length = 10mm) {
+  require radius > 0mm, "the radius of a ball is above zero"
+  solid({wall: sphere(radius)}, |p| norm(p) - radius, {wall: |p| norm(p) - radius})
+}
 
 /// A ring about the z axis with a round section: one surface, `wall`. `bend` is the radius to the middle of the
 /// section.
@@ -307,7 +307,8 @@ fn ball(radius: length = 10mm) = solid(
 /// inside(solid_torus(bend: 20mm, radius: 5mm))((22mm, 0mm, 0mm))   // = -3 mm
 /// ```
 fn solid_torus(bend: length = 20mm, radius: length = 5mm) {
-  require radius <= bend, "the radius of a ring is no more than its bend, or its surface crosses itself"
+  require radius > 0mm and radius <= bend,
+    "the radius of a ring is above zero and no more than its bend, or its surface crosses itself"
   solid(
     {wall: torus(bend, radius)},
     |p| hypot(hypot(p.x, p.y) - bend, p.z) - radius,

@@ -78,6 +78,7 @@ fn threaded_rod(
   run_out: length = pitch,
   left: bool = false,
 ) {
+  require run_out > 0mm, "the thread of a rod runs out over a length above zero, so that its ends are round"
   let wall = metric_thread(diameter, pitch, length, run_out, left: left)
   let end = disc(norm((wall(0, 0).x, wall(0, 0).y)))
   solid(

@@ -83,6 +83,41 @@ fn fillets_of_all_kinds_of_edges_are_closed() {
     }
 }
 
+/// A slant cuts the top off: beyond the edge of both the fillet runs on over the top until it leaves it in a point, and
+/// its line of contact crosses the edge of slant and top, where three edges run into each other.
+#[test]
+fn fillets_that_run_out_over_another_face_are_closed() {
+    for (slope, r) in [(0.2, 1.3), (0.45, 2.2), (0.7, 3.0), (1.2, 3.0)] {
+        let lets = format!(
+            "let b = box(width: 40mm, depth: 20mm, height: 10mm) & {{
+    slope: half_space(at: (0mm, 0mm, 8mm), normal: ({slope}, 0, 1), size: 60mm),
+  }}"
+        );
+        let check = checked(&model(&lets, "b.fillet(slope.cut, front, r)", false), &[format!("r={r}mm")]);
+        assert_eq!(check["closed"], true, "{slope}, {r}: {}", check["open_borders"]);
+    }
+}
+
+/// Walls of cones, balls, outlines and profiles, and of arrays.
+#[test]
+fn solids_of_the_library_have_sides() {
+    let plate = "let b = box(width: 60mm, depth: 20mm, height: 8mm) - {
+    h: for i in 0..2 { capped_cylinder(radius: 4mm, height: 8mm).translate((i * 18mm, 0mm, 0mm)) },
+  }";
+    let cases = [
+        ("let b = frustum(bottom: 10mm, top: 6mm, height: 12mm)", "b.fillet(lid, wall, r)"),
+        ("let b = revolved([(0mm, 0mm), (6mm, 4mm), (6mm, 9mm), (0mm, 9mm)])", "b.fillet(wall[1], wall[2], r)"),
+        ("let b = pipe(outer: 12mm, inner: 6mm, height: 20mm)", "b.fillet(rim, outside, r).fillet(rim, inside, r)"),
+        ("let b = elbow(bend: 30mm, outer: 10mm, inner: 6mm)", "b.fillet(start, outside, r)"),
+        ("let b = ball(radius: 10mm) & {c: half_space(at: (0mm, 0mm, 4mm))}", "b.fillet(c.cut, wall, r)"),
+        (plate, "b.fillet(top, h[1].wall, r)"),
+    ];
+    for (lets, body) in cases {
+        let check = checked(&model(lets, body, false), &["r=1.5mm".to_owned()]);
+        assert_eq!(check["closed"], true, "{body}: {}", check["open_borders"]);
+    }
+}
+
 #[test]
 fn the_mesh_of_an_angle_with_a_fillet_is_closed() {
     let folder = tempdir().expect("a folder");

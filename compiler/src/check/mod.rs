@@ -44,6 +44,7 @@ mod outlines;
 mod params;
 mod parts;
 mod print;
+mod sides;
 pub(crate) mod signature;
 mod solids;
 pub(crate) mod stdlib;

@@ -4,6 +4,7 @@
 use super::context::{Checker, error};
 use super::expressions::element;
 use super::operators::is_number;
+use super::sides::SIDES;
 use super::typed::{Expr, Statement, Type};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::source::Span;
@@ -12,11 +13,6 @@ use std::sync::Arc;
 
 /// The name of a solid's first field, its function of points: none that a script can write.
 pub(super) const INSIDE: &str = "";
-
-/// The name of a solid's second field: the sides of its surfaces, under their names. A side is a solid with the surface
-/// as it was made, untrimmed, and the distance from the surface as it goes on beyond its borders. A surface of which
-/// nothing says that has none, or an empty record.
-pub(super) const SIDES: &str = " ";
 
 /// Whether a field of a solid is none of its surfaces.
 pub(super) fn is_hidden(name: &str) -> bool {
@@ -89,14 +85,14 @@ impl Operation {
 }
 
 /// A solid taken apart.
-struct Operand {
-    inside: Expr,
-    sides: Vec<(Arc<str>, Expr)>,
-    surfaces: Vec<(Arc<str>, Expr)>,
+pub(super) struct Operand {
+    pub(super) inside: Expr,
+    pub(super) sides: Vec<(Arc<str>, Expr)>,
+    pub(super) surfaces: Vec<(Arc<str>, Expr)>,
 }
 
 /// The components of a record with their names.
-fn components(record: &Expr) -> Vec<(Arc<str>, Expr)> {
+pub(super) fn components(record: &Expr) -> Vec<(Arc<str>, Expr)> {
     let Type::Record(fields) = &record.ty else { return Vec::new() };
     fields.iter().enumerate().map(|(i, (name, _))| (name.clone(), element(record.clone(), i))).collect()
 }
@@ -122,66 +118,16 @@ impl<'a> Checker<'a> {
         let mut statements = Vec::new();
         let whole = self.keep(surfaces, &mut statements);
         let surfaces: Vec<_> = components(&whole).into_iter().filter(|(name, _)| !is_hidden(name)).collect();
-        let mut of_surfaces = Vec::new();
-        if let Some(sides) = sides {
-            let given = self.keep(sides, &mut statements);
-            for (name, side) in components(&given) {
-                let Some((_, surface)) = surfaces.iter().find(|(of, _)| *of == name) else {
-                    let message = format!("this is the side of '{name}', but the solid has no such surface");
-                    return self.fail(Diagnostic::new(Code::UnknownField, side.span, message));
-                };
-                of_surfaces.push((name, self.side_of(surface, side)));
+        let sides = match sides {
+            Some(sides) => {
+                let sides = self.keep(sides, &mut statements);
+                self.sides_of_surfaces(&surfaces, &sides)
             }
-        }
-        let solid = self.joined(Operand { inside, sides: of_surfaces, surfaces }, span);
+            None => Some(Vec::new()),
+        };
+        let Some(sides) = sides else { return error(span) };
+        let solid = self.joined(Operand { inside, sides, surfaces }, span);
         super::bindings::wrap(statements, solid, span)
-    }
-
-    /// The side of a surface by a function of a point, or the sides of several. What is a side already stays so.
-    fn side_of(&mut self, surface: &Expr, side: Expr) -> Expr {
-        let span = side.span;
-        match (&surface.ty, &side.ty) {
-            (_, ty) if is_solid(ty) => side,
-            (Type::Closure(_), Type::Closure(id)) if self.accepts(*id, 1) => {
-                let surfaces = vec![("wall".into(), surface.clone())];
-                self.joined(Operand { inside: side, sides: Vec::new(), surfaces }, span)
-            }
-            (Type::Record(_), Type::Record(_)) => {
-                let of: Vec<_> = components(surface);
-                let named = components(&side).into_iter().filter_map(|(name, side)| {
-                    let surface = &of.iter().find(|(other, _)| *other == name)?.1;
-                    Some((name, self.side_of(surface, side)))
-                });
-                let named: Vec<_> = named.collect();
-                self.make_record(named.iter().map(|(name, side)| (&**name, side.clone())).collect(), span)
-            }
-            (Type::Array(..) | Type::Tuple(_), Type::Array(..) | Type::Tuple(_)) => {
-                let count = |ty: &Type| match ty {
-                    Type::Array(_, n) => *n,
-                    Type::Tuple(types) => types.len(),
-                    _ => 0,
-                };
-                if count(&surface.ty) != count(&side.ty) {
-                    let message = "there are not as many sides as surfaces";
-                    return self.fail(Diagnostic::new(Code::TypeMismatch, span, message));
-                }
-                let items = (0..count(&side.ty))
-                    .map(|i| self.side_of(&element(surface.clone(), i), element(side.clone(), i)))
-                    .collect();
-                self.array(items, span)
-            }
-            // None, or of a surface that is no single one.
-            _ => self.make_record(Vec::new(), span),
-        }
-    }
-
-    /// `sides(solid)`: the record of the sides of its surfaces.
-    pub(super) fn sides_of(&mut self, solid: Expr, span: Span) -> Expr {
-        if is_solid(&solid.ty) {
-            return Expr { span, ..element(solid, 1) };
-        }
-        let message = format!("'sides' expects a solid, but this is {}", self.describe(&solid.ty));
-        self.fail(Diagnostic::new(Code::TypeMismatch, solid.span, message))
     }
 
     /// `inside(solid)`: the function that is negative inside.
@@ -247,14 +193,14 @@ impl<'a> Checker<'a> {
     }
 
     /// The solid of an operand.
-    fn joined(&mut self, operand: Operand, span: Span) -> Expr {
+    pub(super) fn joined(&mut self, operand: Operand, span: Span) -> Expr {
         let Operand { inside, sides, surfaces } = operand;
         let sides = self.record_of(&sides, span);
         let named = surfaces.iter().map(|(name, surface)| (&**name, surface.clone()));
         self.make_record([(INSIDE, inside), (SIDES, sides)].into_iter().chain(named).collect(), span)
     }
 
-    fn record_of(&mut self, named: &[(Arc<str>, Expr)], span: Span) -> Expr {
+    pub(super) fn record_of(&mut self, named: &[(Arc<str>, Expr)], span: Span) -> Expr {
         self.make_record(named.iter().map(|(name, value)| (&**name, value.clone())).collect(), span)
     }
 

@@ -6,10 +6,6 @@ use crate::model::Closedness;
 use crate::variance::{MeasureError, enclosed_volume};
 use serde::{Deserialize, Serialize};
 
-/// The least part of a surface that lies within others where parts overlap. Samples next to a tangent edge, which stand
-/// for next to no area, lie within the other surface by rounding.
-const OVERLAPPING: f64 = 1e-4;
-
 /// The sizes of a surface.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Body {
@@ -42,11 +38,9 @@ pub(super) fn of(prepared: &Prepared<'_>) -> Result<Body, MeasureError> {
             let integrals = over_patches(model.reach.model, instance, mesh.bounds().centre())?;
             let signed = |(i, inverted): (&Sums, &bool)| if *inverted { -i.volume } else { i.volume };
             let volume: f64 = integrals.iter().zip(&surface.inverted).map(signed).sum();
-            let samples = surface.texels.area.iter().zip(&surface.buried);
-            let buried: f64 = samples.filter(|(_, buried)| **buried).map(|(area, _)| f64::from(*area)).sum();
             let volume = match () {
                 () if !Closedness::of(model.reach.model, instance)?.is_closed() => Err(NoVolume::Open),
-                () if buried > OVERLAPPING * mesh.area() => Err(NoVolume::Overlapping),
+                // What is buried may only touch: the winding numbers tell.
                 () => simply_enclosed(mesh).map(|()| volume),
             };
             (integrals.iter().map(|i| i.area).sum(), volume)
