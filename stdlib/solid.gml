@@ -2,7 +2,8 @@
 // As any shape they can be moved, turned, mirrored and repeated; `a + b` is their union, `a - b` the first without the
 // second, `a & b` what they have in common. `part tin = capped_cylinder(radius: 40mm)` has the parts `tin.wall`,
 // `tin.top` and `tin.base`, and what is left of a surface after `+`, `-` and `&` keeps its name: `part plate =
-// box(width: 60mm) - {hole: capped_cylinder(radius: 4mm)}` has `plate.top` and `plate.hole.wall`.
+// box(width: 60mm) - {hole: capped_cylinder(radius: 4mm)}` has `plate.top` and `plate.hole.wall`. Their lengths are at
+// most 10 m.
 
 /// A box that stands on the plane of x and y, about the z axis: six faces.
 /// ```gml

@@ -175,3 +175,21 @@ fn what_cannot_be_compared_is_refused_with_the_mend() {
         assert!(error.contains(word) && !error.contains("panicked"), "{arguments:?}: {error}");
     }
 }
+
+/// Beside edges at which two surfaces touch, the nearest place is that of the surface itself, and what is narrower than
+/// the samples does not make bodies overlap.
+#[test]
+fn a_body_with_tangent_edges_is_as_itself() {
+    let folder = tempdir().expect("a folder");
+    let script = "model m { part b = box(width: 20mm, depth: 10mm, height: 10mm) - {c: cove(3mm, 10mm)} }\n";
+    std::fs::write(folder.path().join("m.gml"), script).expect("written");
+    gmlc(folder.path(), &["compare", "m.gml", "m.gml", "--resolution", "256", "-o", "c.json"]);
+    let found = json(&folder.path().join("c.json"));
+    // The area between two tangents of a quarter circle and this.
+    let volume = 2000.0 - 10.0 * 9.0 * (1.0 - std::f64::consts::FRAC_PI_4);
+    let of_body = found["a"]["volume"].as_f64().unwrap_or_else(|| panic!("no volume: {}", found["a"]));
+    assert!((of_body / volume - 1.0).abs() < 1e-4, "{of_body} for {volume}");
+    let largest = found["a_to_b"]["max"].as_f64().expect("a distance");
+    // The chord of the samples; they were 1.7 mm off.
+    assert!(largest < 0.02, "{largest}");
+}

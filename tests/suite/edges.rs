@@ -57,6 +57,12 @@ fn the_rim_of_a_hole_loses_a_part_of_a_torus() {
 
 #[test]
 fn fillets_of_all_kinds_of_edges_are_closed() {
+    let slot = "let b = box(width: 40mm, depth: 30mm, height: 20mm) - {
+    slot: box(width: 20mm, depth: 30mm, height: 10mm).translate((10mm, 0mm, 10mm)),
+  }";
+    let ring = "let b = box(width: 60mm, depth: 60mm, height: 10mm) + {
+    ring: solid_torus(bend: 18mm, radius: 5mm).translate((0mm, 0mm, 11mm)),
+  }";
     let boss = "let b = box(width: 40mm, depth: 30mm, height: 10mm) + {
     post: capped_cylinder(radius: 8mm, height: 30mm).rotate(90deg, (0, 0, 1)),
   }";
@@ -76,6 +82,8 @@ fn fillets_of_all_kinds_of_edges_are_closed() {
         (drilled, "b.fillet(wall, hole.wall, r)"),
         (slanted, "b.fillet(slope.cut, front, r).translate((1mm, 2mm, 3mm)).mirror()"),
         (rib, "b.fillet(bar.top, bar.right, r)"),
+        (slot, "b.fillet(slot.base, slot.left, r)"),
+        (ring, "b.fillet(top, ring.wall, r)"),
     ];
     for (lets, body) in cases {
         let check = checked(&model(lets, body, false), &[]);
@@ -130,6 +138,8 @@ fn the_mesh_of_an_angle_with_a_fillet_is_closed() {
 fn what_cannot_be_rounded_says_why() {
     let folder = tempdir().expect("a folder");
     let holes = "let b = box() - {hole: for i in 0..2 { capped_cylinder(radius: 2mm).translate((i * 9mm, 0mm, 0mm)) }}";
+    let balls = "let b = ball(radius: 10mm) + {c: ball(radius: 7mm).translate((12mm, 0mm, 0mm))}";
+    let wide = "let b = box().scale(x: 2)";
     let own = "let b = solid({wall: sphere(9mm), other: sphere(9mm)}, |p| norm(p) - 9mm)";
     let cases = [
         (BOX, "b.fillet(top, rihgt, r)", "did you mean 'right'?"),
@@ -141,6 +151,8 @@ fn what_cannot_be_rounded_says_why() {
         (holes, "b.fillet(top, hole, r)", "'hole' is several surfaces"),
         (holes, "b.fillet(top, hole[2].wall, r)", "no surface 'hole[2]'"),
         (own, "b.fillet(wall, other, r)", "goes on beyond its borders"),
+        (balls, "b.fillet(wall, c.wall, r)", "no parameter of either surface runs all along"),
+        (wide, "b.fillet(top, right, r)", "tells no distances"),
     ];
     for (lets, body, said) in cases {
         fs::write(folder.path().join("m.gml"), model(lets, body, false)).expect("written");

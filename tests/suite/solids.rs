@@ -170,10 +170,36 @@ fn surfaces_that_touch_along_a_line_do_not_spoil_the_standard_deviations() {
 #[test]
 fn a_model_of_which_nothing_is_left_is_not_closed() {
     let folder = tempdir().expect("a folder");
-    let script = "use std.solid (box)\nmodel m { part b = box() - {q: box()} }\n";
-    fs::write(folder.path().join("nothing.gml"), script).expect("written");
-    let check = gmlc(folder.path(), &["check", "nothing.gml"]);
-    assert!(check.contains("nothing is left of the model") && !check.contains("closed:"), "{check}");
+    // Of the balls the triangles would be without number if they were as small as what is left.
+    let far = "box() & {q: ball(radius: 2mm).translate((100mm, 0mm, 0mm))}";
+    for body in ["box() - {q: box()}", "ball() - {q: ball()}", far] {
+        fs::write(folder.path().join("nothing.gml"), format!("model m {{ part b = {body} }}\n")).expect("written");
+        let check = gmlc(folder.path(), &["check", "nothing.gml"]);
+        assert!(check.contains("nothing is left of the model") && !check.contains("closed:"), "{check}");
+    }
+}
+
+#[test]
+fn impossible_dimensions_are_refused() {
+    let folder = tempdir().expect("a folder");
+    let cases = [
+        ("pipe(outer: 5mm, inner: 5mm)", "the inner radius of a pipe is less"),
+        ("elbow(outer: 5mm, inner: 5mm)", "the inner radius of an elbow is less"),
+        ("hollow_sphere(outer: 5mm, inner: 5mm)", "the inner radius of a hollow sphere is less"),
+        ("rounded_box(width: 10mm, radius: 5mm)", "less than half of its shortest side"),
+        ("rounded_box(radius: 0mm)", "above zero"),
+        ("solid_torus(bend: 4mm, radius: 5mm)", "its surface crosses itself"),
+        ("ball(radius: -5mm)", "the radius of a ball is above zero"),
+        ("bevel_ring(3mm, 4mm, inward: true)", "no more than the cylinder's radius"),
+        ("cove_ring(3mm, 4mm, inward: true)", "no more than its radius"),
+        ("threaded_rod(2mm, 2mm, 20mm)", "deeper than the rod's radius"),
+        ("threaded_rod(4mm, 0.7mm, 20mm, run_out: 0mm)", "runs out over a length above zero"),
+    ];
+    for (body, said) in cases {
+        fs::write(folder.path().join("m.gml"), format!("model m {{ part b = {body} }}\n")).expect("written");
+        let errors = fails(folder.path(), &["check", "m.gml"], 1);
+        assert!(errors.contains(said), "{body}: {errors}");
+    }
 }
 
 #[test]

@@ -26,6 +26,14 @@ fn a_requirement_names_its_place_and_parameters() {
 }
 
 #[test]
+fn of_several_requirements_the_first_that_is_not_met_is_named() {
+    let function = "fn shape(a: real) {\n  require a > 0, \"first\"\n  require sqrt(a) > 1, \"second\"\n  |u: real, v: real| (a * 1mm, u * 1mm, v * 1mm)\n}\n";
+    let program = program("m.gml", &format!("{function}model m {{\n  param a: real = 4\n  part p = shape(a)\n}}\n"));
+    assert!(message(&program, &[-1.0], &[0.5], &[0.5]).starts_with("m.gml:2:3: first"));
+    assert!(message(&program, &[0.5], &[0.5], &[0.5]).starts_with("m.gml:3:3: second"));
+}
+
+#[test]
 fn a_value_that_is_not_finite_is_found_in_the_source() {
     let script = "model m {\n  param a: real = 1\n  part p = |u, v| (sqrt(u - a) * 1mm, u * 1mm, v * 1mm)\n}\n";
     let program = program("m.gml", script);
