@@ -11,6 +11,7 @@ mod along;
 pub(super) mod borders;
 mod corner;
 mod crease;
+mod folds;
 mod grade;
 mod grid;
 mod hidden;

@@ -5,6 +5,7 @@
 //! end of the shorter one, which moves the end of the gap there. So a vertex is only ever put on the edge beside its
 //! own, and not on one that happens to pass near it.
 
+use super::folds;
 use super::refine::{Refinement, mix};
 use super::rim::Rim;
 use super::{SurfacePoint, unit_normals};
@@ -31,10 +32,11 @@ const SMALL_HOLE: f64 = 16.0;
 /// Mean width, in chords, of holes within one patch that are closed as well, as where it ends in a point between two
 /// others. What is open by more may be meant to be so.
 const SLIT: f64 = 0.25;
+/// The most open border of a patch, in chords, at which holes are closed in this way and more than once: where a fillet
+/// runs out over another face it was 50 at most, of all patches together, and of two cylinders that touch 720.
+const LONG: f64 = 100.0;
 /// Rounds of closing such holes: where three edges run into each other, closing one may leave a smaller one.
 const ROUNDS_OF_HOLES: usize = 4;
-/// The most triangles that are turned over together: folds have a few.
-const MOST_TURNED: usize = 24;
 /// Steps that find a vertex on the other patch.
 const STEPS: usize = 12;
 
@@ -53,18 +55,23 @@ pub(super) fn stitch(mesh: &mut Refinement<'_>, is_trimmed: &[bool]) -> Result<(
             break;
         }
     }
+    let mut is_long = Vec::new();
     for round in 0..ROUNDS_OF_HOLES {
         let mut gaps = Gaps::of(mesh, is_trimmed);
-        gaps.turns = round > 0;
+        match round {
+            0 => is_long = gaps.patches_with_long_borders(is_trimmed.len()),
+            _ => gaps.turns = true,
+        }
+        gaps.is_long.clone_from(&is_long);
         let any = gaps.mark_small_holes();
         gaps.close()?;
         drop_flat(mesh);
-        drop_folds(mesh, is_trimmed);
+        folds::drop(mesh, is_trimmed);
         if !any {
             break;
         }
     }
-    turn_folds(mesh, is_trimmed);
+    folds::turn(mesh, is_trimmed);
     Ok(())
 }
 
@@ -135,72 +142,6 @@ fn drop_flat(mesh: &mut Refinement<'_>) {
     retain_marked(&mut mesh.patches, &kept);
 }
 
-/// Drops pairs of narrow triangles that lie on each other back to back, as they are left in some corners: nothing is
-/// between them, and the others at their edges close without them.
-fn drop_folds(mesh: &mut Refinement<'_>, is_trimmed: &[bool]) {
-    let number = mesh.mesh.position_numbers();
-    let mut waiting: HashMap<[u32; 3], usize> = HashMap::new();
-    let mut kept = vec![true; mesh.mesh.triangles.len()];
-    for (triangle, corners) in mesh.mesh.triangles.iter().enumerate() {
-        if !is_trimmed[mesh.patches[triangle] as usize] || !is_narrow(mesh, triangle) {
-            continue;
-        }
-        let turned = |[a, b, c]: [u32; 3]| [[a, b, c], [b, c, a], [c, a, b]].into_iter().min().unwrap_or_default();
-        let [a, b, c] = corners.map(|i| number[i as usize]);
-        match waiting.remove(&turned([a, c, b])) {
-            Some(other) => (kept[triangle], kept[other]) = (false, false),
-            None => _ = waiting.insert(turned([a, b, c]), triangle),
-        }
-    }
-    retain_marked(&mut mesh.mesh.triangles, &kept);
-    retain_marked(&mut mesh.patches, &kept);
-}
-
-/// Turns groups of a few narrow triangles over that run against all others at their edges, as they are left where a gap
-/// beside a fold was closed.
-fn turn_folds(mesh: &mut Refinement<'_>, is_trimmed: &[bool]) {
-    let number = mesh.mesh.position_numbers();
-    let sides = |corners: [u32; 3]| {
-        let [a, b, c] = corners.map(|i| number[i as usize]);
-        [(a, b), (b, c), (c, a)]
-    };
-    let mut at_side: HashMap<(u32, u32), Vec<usize>> = HashMap::new();
-    for (triangle, corners) in mesh.mesh.triangles.iter().enumerate() {
-        sides(*corners).into_iter().for_each(|side| at_side.entry(side).or_default().push(triangle));
-    }
-    let at = |side: (u32, u32)| at_side.get(&side).map_or(&[][..], Vec::as_slice);
-    let runs_against = |(a, b): (u32, u32)| at((a, b)).len() == 2 && at((b, a)).is_empty();
-    let mut first: Vec<usize> =
-        at_side.iter().filter(|(side, _)| runs_against(**side)).flat_map(|(_, t)| t).copied().collect();
-    first.sort_unstable();
-    let mut turned = vec![false; mesh.mesh.triangles.len()];
-    for first in first {
-        let mut group = vec![first];
-        let mut k = 0;
-        while k < group.len() && group.len() <= MOST_TURNED {
-            for (a, b) in sides(mesh.mesh.triangles[group[k]]) {
-                let beside = at((b, a)).iter().filter(|other| !group.contains(other)).copied();
-                let beside: Vec<usize> = beside.collect();
-                group.extend(beside);
-            }
-            k += 1;
-        }
-        let may_turn = |t: &usize| !turned[*t] && is_trimmed[mesh.patches[*t] as usize] && is_narrow(mesh, *t);
-        if group.len() <= MOST_TURNED && group.iter().all(may_turn) {
-            group.iter().for_each(|t| turned[*t] = true);
-        }
-    }
-    for (corners, _) in mesh.mesh.triangles.iter_mut().zip(&turned).filter(|(_, turned)| **turned) {
-        corners.swap(0, 1);
-    }
-}
-
-/// Whether a triangle is no higher than a chord over its longest side.
-fn is_narrow(mesh: &Refinement<'_>, triangle: usize) -> bool {
-    let [a, b, c] = mesh.mesh.corners(mesh.mesh.triangles[triangle]);
-    (b - a).cross(c - a).length() <= mesh.chord * mesh.longest_side(triangle)
-}
-
 /// The open edges of a mesh while they are closed.
 struct Gaps<'m, 'a> {
     mesh: &'m mut Refinement<'a>,
@@ -218,6 +159,9 @@ struct Gaps<'m, 'a> {
     ends: BinaryHeap<Reverse<(u64, usize, usize)>>,
     /// Whether the edges of a small hole may run either way about it: beside a fold, narrower than the chord, they do.
     turns: bool,
+    /// By patch, whether so much of its border is open that it may touch another one along a line: there holes are closed
+    /// once and between patches only, as rounding decides what is there.
+    is_long: Vec<bool>,
 }
 
 impl<'m, 'a> Gaps<'m, 'a> {
@@ -225,7 +169,17 @@ impl<'m, 'a> Gaps<'m, 'a> {
         let number = mesh.mesh.position_numbers();
         let open = open_edges(mesh, &number);
         let (at, of_triangle, ends) = (HashMap::new(), HashMap::new(), BinaryHeap::new());
-        let mut gaps = Self { mesh, is_trimmed, number, edges: Vec::new(), at, of_triangle, ends, turns: false };
+        let mut gaps = Self {
+            mesh,
+            is_trimmed,
+            number,
+            edges: Vec::new(),
+            at,
+            of_triangle,
+            ends,
+            turns: false,
+            is_long: Vec::new(),
+        };
         open.into_iter().for_each(|edge| gaps.add(edge));
         (0..gaps.edges.len()).for_each(|edge| gaps.look(edge));
         gaps
@@ -385,6 +339,13 @@ impl<'m, 'a> Gaps<'m, 'a> {
         (is_beside && self.open_at(number).any(runs_along)).then_some(width)
     }
 
+    /// By patch, whether much of its border is open.
+    fn patches_with_long_borders(&self, patches: usize) -> Vec<bool> {
+        let mut lengths = vec![0.0; patches];
+        self.edges.iter().flatten().for_each(|open| lengths[self.patch(open) as usize] += self.length(open));
+        lengths.into_iter().map(|length| length > LONG * self.mesh.chord).collect()
+    }
+
     /// Marks the edges of small holes between patches, and notes where they can be closed. Whether there are any.
     fn mark_small_holes(&mut self) -> bool {
         let mut seen = vec![false; self.edges.len()];
@@ -429,7 +390,9 @@ impl<'m, 'a> Gaps<'m, 'a> {
         let area = 0.5 * edges.iter().map(spanned).sum::<DVec3>().length();
         let is_slit = self.is_trimmed[self.patch(first) as usize] && area <= SLIT * length * self.mesh.chord;
         let is_mixed = edges.iter().any(|open| self.patch(open) != self.patch(first));
-        if length <= SMALL_HOLE * self.mesh.chord && (is_mixed || is_slit) {
+        let at_a_point = edges.iter().all(|open| !self.is_long[self.patch(open) as usize]);
+        let may_close = if self.turns || !is_mixed { at_a_point && (is_mixed || is_slit) } else { true };
+        if length <= SMALL_HOLE * self.mesh.chord && may_close {
             hole.iter().filter_map(|k| self.edges[*k].as_mut().map(|open| open.in_small_hole = true)).for_each(drop);
         }
     }
