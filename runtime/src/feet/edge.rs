@@ -105,8 +105,8 @@ impl Trimmed<'_> {
         if absent.is_empty() {
             return Ok(());
         }
-        // From the foot on the whole patch the edge beside it is found; from the facet the one that leads around what is
-        // not there. Beside a tangent edge the function may lead from either to another edge.
+        // From the foot on the whole patch the edge beside it is found; from the facet the one that leads around what
+        // is not there. Beside a tangent edge the function may lead from either to another edge.
         let mut beside: Vec<Foot> = feet.to_vec();
         let from: Vec<(usize, DVec2)> = absent.iter().map(|i| (*i, DVec2::from_array(feet[*i].uv))).collect();
         self.walk(&from, q, &mut beside)?;
@@ -122,7 +122,8 @@ impl Trimmed<'_> {
         self.walk(&from, q, feet)
     }
 
-    /// Walks along the edge from places near it. Feet of which no edge is found are infinitely far and keep their places.
+    /// Walks along the edge from places near it. Feet of which no edge is found are infinitely far and keep their
+    /// places.
     fn walk(&self, from: &[(usize, DVec2)], q: &[DVec3], feet: &mut [Foot]) -> Result<(), EvaluationError> {
         let begin = |(index, at): &(usize, DVec2)| Walk {
             index: *index,

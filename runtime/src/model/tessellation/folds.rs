@@ -1,5 +1,5 @@
-//! Folds: narrow triangles, as are left in corners where the gaps between trimmed patches were closed, that lie on others
-//! or run against them.
+//! Folds: narrow triangles, as are left in corners where the gaps between trimmed patches were closed, that lie on
+//! others or run against them.
 
 use super::refine::Refinement;
 use crate::mesh::retain_marked;

@@ -168,7 +168,8 @@ impl Tessellation {
     }
 
     /// The diagonal of the box around a model, by grids of the same number of segments for every patch; around what is
-    /// there, where patches are trimmed, unless that is nothing, and no less than a hundredth of the other. Millimetres.
+    /// there, where patches are trimmed, unless that is nothing, and no less than a hundredth of the other.
+    /// Millimetres.
     ///
     /// # Errors
     /// The surface cannot be evaluated.

@@ -159,8 +159,8 @@ struct Gaps<'m, 'a> {
     ends: BinaryHeap<Reverse<(u64, usize, usize)>>,
     /// Whether the edges of a small hole may run either way about it: beside a fold, narrower than the chord, they do.
     turns: bool,
-    /// By patch, whether so much of its border is open that it may touch another one along a line: there holes are closed
-    /// once and between patches only, as rounding decides what is there.
+    /// By patch, whether so much of its border is open that it may touch another one along a line: there holes are
+    /// closed once and between patches only, as rounding decides what is there.
     is_long: Vec<bool>,
 }
 
