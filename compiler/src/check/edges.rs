@@ -151,7 +151,7 @@ impl<'a> Checker<'a> {
         }
         let (mut ty, mut side) = (body.ty.clone(), Some(element(body.clone(), 1)));
         for (k, step) in steps.iter().enumerate() {
-            let Some(index) = self.index_of(&ty, &steps[..k], step, path.span) else { return None };
+            let index = self.index_of(&ty, &steps[..k], step, path.span)?;
             ty = match &ty {
                 Type::Record(fields) => fields[index].1.clone(),
                 Type::Tuple(types) => types[index].clone(),
