@@ -26,7 +26,7 @@ fn cove_ring(radius: length, fillet: length, inward: bool = false) {
   require not inward or fillet <= radius,
     "the fillet on the inner side of a cylinder is no more than its radius"
   let far = if inward { radius - fillet } else { radius + fillet }
-  pipe(outer: max(radius, far), inner: min(radius, far), height: fillet)
+  pipe(outer: max(radius, far), inner: max(min(radius, far), 0mm), height: fillet)
     - {round: _ring(far, fillet).translate((0mm, 0mm, fillet))}
 }
 
