@@ -299,7 +299,8 @@ model _hollow_sphere {
 /// ```
 fn ball(radius: length = 10mm) {
   require radius > 0mm, "the radius of a ball is above zero"
-  solid({wall: sphere(radius)}, |p| norm(p) - radius, {wall: |p| norm(p) - radius})
+  let distance = |p| norm(p) - radius
+  solid({wall: sphere(radius)}, distance, {wall: distance})
 }
 
 /// A ring about the z axis with a round section: one surface, `wall`. `bend` is the radius to the middle of the
@@ -310,11 +311,8 @@ fn ball(radius: length = 10mm) {
 fn solid_torus(bend: length = 20mm, radius: length = 5mm) {
   require radius > 0mm and radius <= bend,
     "the radius of a ring is above zero and no more than its bend, or its surface crosses itself"
-  solid(
-    {wall: torus(bend, radius)},
-    |p| hypot(hypot(p.x, p.y) - bend, p.z) - radius,
-    {wall: |p| hypot(hypot(p.x, p.y) - bend, p.z) - radius},
-  )
+  let distance = |p| hypot(hypot(p.x, p.y) - bend, p.z) - radius
+  solid({wall: torus(bend, radius)}, distance, {wall: distance})
 }
 
 /// A prism that stands on the plane of x and y: an outline of straight lines between points of the plane, which run
@@ -473,10 +471,11 @@ fn half_space(at = (0mm, 0mm, 0mm), normal = (0, 0, 1), size: length = 200mm) {
   let n = normalize(normal)
   let x = normalize(cross(if abs(n.z) > 0.9 { (1, 0, 0) } else { (0, 0, 1) }, n))
   let y = cross(n, x)
+  let distance = |p| dot(p - at, n)
   solid(
     {cut: |u: real, v: real| at + x * ((u - 0.5) * size) + y * ((v - 0.5) * size)},
-    |p| dot(p - at, n),
-    {cut: |p| dot(p - at, n)},
+    distance,
+    {cut: distance},
   )
 }
 

@@ -9,7 +9,7 @@ use tempfile::tempdir;
 /// The area that a fillet of radius 1 takes off a right angle, or fills.
 const CORNER: f64 = 1.0 - PI / 4.0;
 
-/// How far the centroid of that area is from either wall.
+/// The distance of that area's centroid from either wall.
 fn middle() -> f64 {
     (10.0 - 3.0 * PI) / (12.0 - 3.0 * PI)
 }

@@ -4,8 +4,9 @@
 use super::builtins::Builtin;
 use super::context::{Callee, Checker, error};
 use super::expressions::element;
+use super::paths::{Step, text_of};
 use super::solids::{is_hidden, is_solid};
-use super::typed::{Expr, ExprKind, Type};
+use super::typed::{Expr, Type};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::source::Span;
 use crate::suggest::nearest;
@@ -21,31 +22,12 @@ pub(super) const MODULE: &str = "std.fillet";
 /// How a call is written.
 const HOW: &str = "write body.fillet(top, hole.wall, 1mm)";
 
-/// A step of the way to a surface.
-#[derive(Clone, Debug, PartialEq, Eq)]
-enum Step {
-    Field(String),
-    Index(i64),
-}
-
 /// The name that an expression is.
 pub(super) fn name_of(e: &ast::Expr) -> Option<&str> {
     match &e.kind {
         ast::ExprKind::Name(name) => Some(name),
         _ => None,
     }
-}
-
-fn text_of(steps: &[Step]) -> String {
-    let mut text = String::new();
-    for step in steps {
-        match step {
-            Step::Field(name) if text.is_empty() => text.push_str(name),
-            Step::Field(name) => text.push_str(&format!(".{name}")),
-            Step::Index(i) => text.push_str(&format!("[{i}]")),
-        }
-    }
-    text
 }
 
 impl<'a> Checker<'a> {
@@ -135,12 +117,11 @@ impl<'a> Checker<'a> {
 
     /// The side of the surface of a body that a path names, with its steps.
     fn surface_of(&mut self, body: &Expr, named: Option<&str>, path: &'a ast::Expr) -> Option<(Vec<Step>, Expr)> {
-        let mut steps = Vec::new();
-        if !self.steps_of(path, &mut steps) {
+        let Some(mut steps) = self.steps_of(path) else {
             let message = "an edge is given by the names of two surfaces of the body";
             self.report(Diagnostic::new(Code::Arguments, path.span, message).hint(HOW));
             return None;
-        }
+        };
         let has = |name: &str| matches!(&body.ty, Type::Record(fields) if fields.iter().any(|(n, _)| &**n == name));
         if let (Some(named), Some(Step::Field(first))) = (named, steps.first())
             && steps.len() > 1
@@ -177,14 +158,9 @@ impl<'a> Checker<'a> {
 
     /// Where a step leads to in a type, or an error.
     fn index_of(&mut self, ty: &Type, before: &[Step], step: &Step, span: Span) -> Option<usize> {
-        let count = match ty {
-            Type::Array(_, n) => *n,
-            Type::Tuple(types) => types.len(),
-            _ => 0,
-        };
         let found = match (ty, step) {
             (Type::Record(fields), Step::Field(name)) => fields.iter().position(|(n, _)| **n == **name),
-            (_, Step::Index(i)) => usize::try_from(*i).ok().filter(|i| *i < count),
+            (_, Step::Index(i)) => usize::try_from(*i).ok().filter(|i| *i < ty.count()),
             _ => None,
         };
         if found.is_none() {
@@ -205,7 +181,7 @@ impl<'a> Checker<'a> {
         found
     }
 
-    /// What is in a group of surfaces, in words.
+    /// A hint that names, or counts, the surfaces of a group.
     fn within(&self, ty: &Type, group: &str) -> String {
         match ty {
             Type::Record(fields) => {
@@ -214,31 +190,8 @@ impl<'a> Checker<'a> {
                     fields.iter().filter(|(n, _)| !is_hidden(n)).map(|(n, _)| format!("{group}{dot}{n}")).collect();
                 format!("there are {}", names.join(", "))
             }
-            Type::Array(_, n) => format!("it has {n}, counted from 0: {group}[0]"),
-            Type::Tuple(types) => format!("it has {}, counted from 0: {group}[0]", types.len()),
+            Type::Array(..) | Type::Tuple(_) => format!("it has {}, counted from 0: {group}[0]", ty.count()),
             _ => HOW.to_owned(),
-        }
-    }
-
-    /// The steps of a path; false where it is none.
-    fn steps_of(&mut self, path: &'a ast::Expr, steps: &mut Vec<Step>) -> bool {
-        match &path.kind {
-            ast::ExprKind::Name(name) => {
-                steps.push(Step::Field(name.clone()));
-                true
-            }
-            ast::ExprKind::Field(of, field) => {
-                let known = self.steps_of(of, steps);
-                steps.push(Step::Field(field.text.clone()));
-                known
-            }
-            ast::ExprKind::Index(of, index) => {
-                let known = self.steps_of(of, steps);
-                let ExprKind::Int(i) = self.expr(index).kind else { return false };
-                steps.push(Step::Index(i));
-                known
-            }
-            _ => false,
         }
     }
 }

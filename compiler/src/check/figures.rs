@@ -5,6 +5,7 @@
 use super::builtins::{Builtin, OfParts};
 use super::context::{Binding, Callee, Checker, error};
 use super::parts::is_under;
+use super::paths::text_of;
 use super::typed::{Expr, ExprKind, LocalId, Part, TakenFigure, Type};
 use super::types::{Dimension, Exponent};
 use crate::diagnostic::{Code, Diagnostic};
@@ -114,7 +115,7 @@ impl<'a> Checker<'a> {
         }
         let mut paths = Vec::new();
         for path in of {
-            let Some(text) = self.path_of_parts(path) else {
+            let Some(text) = self.steps_of(path).map(|steps| text_of(&steps)) else {
                 let message = format!("'{name}' is of parts of the model, by their names");
                 self.report(Diagnostic::new(Code::Arguments, path.span, message).hint(how));
                 return None;
@@ -131,22 +132,6 @@ impl<'a> Checker<'a> {
         let message = format!("'{name}' is known of the finished parts: only the value of a measure can use it");
         let error = Diagnostic::new(Code::Misplaced, span, message);
         self.fail(error.hint(format!("write it in the model: measure of_part = {name}(part)")))
-    }
-
-    /// The path that an expression is: `plate`, `plate.hole[2]`.
-    fn path_of_parts(&mut self, path: &'a ast::Expr) -> Option<String> {
-        Some(match &path.kind {
-            ast::ExprKind::Name(name) => name.clone(),
-            ast::ExprKind::Field(of, field) => format!("{}.{}", self.path_of_parts(of)?, field.text),
-            ast::ExprKind::Index(of, index) => {
-                let of = self.path_of_parts(of)?;
-                match self.expr(index).kind {
-                    ExprKind::Int(i) => format!("{of}[{i}]"),
-                    _ => return None,
-                }
-            }
-            _ => return None,
-        })
     }
 
     /// The value of a measure that takes something of the parts, where its name is read.

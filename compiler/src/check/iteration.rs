@@ -224,7 +224,7 @@ impl<'a> Checker<'a> {
     }
 
     /// `each(shape, f)`: f of a function, a number or a vector; of anything that holds such, f of each in it.
-    /// What is inside of a solid, and the sides of its surfaces, are left out, and so no solid is left.
+    /// A solid's function and the sides of its surfaces are left out, and so no solid is left.
     pub(super) fn each(&mut self, shape: Expr, f: Expr, span: Span) -> Expr {
         let mut statements = Vec::new();
         let f = self.keep(f, &mut statements);
@@ -331,11 +331,7 @@ impl<'a> Checker<'a> {
             let message = "an index that is known only at run time cannot select from values of different types";
             return self.fail(Diagnostic::new(Code::FunctionChoice, span, message));
         };
-        let n = match &value.ty {
-            Type::Array(_, n) => *n,
-            Type::Tuple(types) => types.len(),
-            _ => 0,
-        };
+        let n = value.ty.count();
         if n == 0 {
             return self.fail(Diagnostic::new(Code::Index, span, "this array has no elements"));
         }

@@ -43,6 +43,7 @@ mod operators;
 mod outlines;
 mod params;
 mod parts;
+mod paths;
 mod print;
 mod sides;
 pub(crate) mod signature;

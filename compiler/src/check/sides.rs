@@ -57,16 +57,11 @@ impl<'a> Checker<'a> {
                 self.record_of(&named, span)
             }
             (Type::Array(..) | Type::Tuple(_), Type::Array(..) | Type::Tuple(_)) => {
-                let count = |ty: &Type| match ty {
-                    Type::Array(_, n) => *n,
-                    Type::Tuple(types) => types.len(),
-                    _ => 0,
-                };
-                if count(&surface.ty) != count(&side.ty) {
+                if surface.ty.count() != side.ty.count() {
                     let message = "there are not as many sides as surfaces";
                     return self.fail(Diagnostic::new(Code::TypeMismatch, span, message));
                 }
-                let items = (0..count(&side.ty))
+                let items = (0..side.ty.count())
                     .map(|i| self.side_of(&element(surface.clone(), i), element(side.clone(), i)))
                     .collect();
                 self.array(items, span)

@@ -201,6 +201,15 @@ impl Type {
         Type::Tuple(vec![Type::Real(dimension); n].into())
     }
 
+    /// The number of elements of an array or a tuple; 0 of all else.
+    pub(super) fn count(&self) -> usize {
+        match self {
+            Type::Array(_, n) => *n,
+            Type::Tuple(types) => types.len(),
+            _ => 0,
+        }
+    }
+
     /// A point in space.
     #[must_use]
     pub fn point3() -> Type {

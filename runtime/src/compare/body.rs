@@ -38,10 +38,11 @@ pub(super) fn of(prepared: &Prepared<'_>) -> Result<Body, MeasureError> {
             let integrals = over_patches(model.reach.model, instance, mesh.bounds().centre())?;
             let signed = |(i, inverted): (&Sums, &bool)| if *inverted { -i.volume } else { i.volume };
             let volume: f64 = integrals.iter().zip(&surface.inverted).map(signed).sum();
-            let volume = match () {
-                () if !Closedness::of(model.reach.model, instance)?.is_closed() => Err(NoVolume::Open),
-                // What is buried may only touch: the winding numbers tell.
-                () => simply_enclosed(mesh).map(|()| volume),
+            // Winding numbers say whether bodies overlap: samples also count as buried where bodies only touch.
+            let volume = if Closedness::of(model.reach.model, instance)?.is_closed() {
+                simply_enclosed(mesh).map(|()| volume)
+            } else {
+                Err(NoVolume::Open)
             };
             (integrals.iter().map(|i| i.area).sum(), volume)
         }

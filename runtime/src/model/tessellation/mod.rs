@@ -71,8 +71,8 @@ pub struct Fineness {
 /// The most triangles of the grids of all patches with creases across u and v: refinement follows these better, and a
 /// triangle beside them takes 50 evaluations of the surface.
 const MOST_OBLIQUE: usize = 200_000;
-/// What is left of a trimmed model counts as no smaller than this part of its untrimmed patches where triangles are as
-/// large as the model: they would else be without number where nothing, or next to nothing, is left.
+/// The least diagonal of a trimmed model, as a part of that of its untrimmed patches. Chords are parts of it: where
+/// next to nothing is left they would ask for triangles without number.
 const LEAST_OF_WHOLE: f64 = 0.01;
 /// Triangles by which refinement may exceed the grids.
 const MOST_ADDED: usize = 500_000;

@@ -55,15 +55,11 @@ pub(super) fn stitch(mesh: &mut Refinement<'_>, is_trimmed: &[bool]) -> Result<(
             break;
         }
     }
-    let mut is_long = Vec::new();
+    let is_long = gaps.patches_with_long_borders();
     for round in 0..ROUNDS_OF_HOLES {
         let mut gaps = Gaps::of(mesh, is_trimmed);
-        match round {
-            0 => is_long = gaps.patches_with_long_borders(is_trimmed.len()),
-            _ => gaps.turns = true,
-        }
-        gaps.is_long.clone_from(&is_long);
-        let any = gaps.mark_small_holes();
+        gaps.turns = round > 0;
+        let any = gaps.mark_small_holes(&is_long);
         gaps.close()?;
         drop_flat(mesh);
         folds::drop(mesh, is_trimmed);
@@ -159,9 +155,6 @@ struct Gaps<'m, 'a> {
     ends: BinaryHeap<Reverse<(u64, usize, usize)>>,
     /// Whether the edges of a small hole may run either way about it: beside a fold, narrower than the chord, they do.
     turns: bool,
-    /// By patch, whether so much of its border is open that it may touch another one along a line: there holes are
-    /// closed once and between patches only, as rounding decides what is there.
-    is_long: Vec<bool>,
 }
 
 impl<'m, 'a> Gaps<'m, 'a> {
@@ -169,17 +162,7 @@ impl<'m, 'a> Gaps<'m, 'a> {
         let number = mesh.mesh.position_numbers();
         let open = open_edges(mesh, &number);
         let (at, of_triangle, ends) = (HashMap::new(), HashMap::new(), BinaryHeap::new());
-        let mut gaps = Self {
-            mesh,
-            is_trimmed,
-            number,
-            edges: Vec::new(),
-            at,
-            of_triangle,
-            ends,
-            turns: false,
-            is_long: Vec::new(),
-        };
+        let mut gaps = Self { mesh, is_trimmed, number, edges: Vec::new(), at, of_triangle, ends, turns: false };
         open.into_iter().for_each(|edge| gaps.add(edge));
         (0..gaps.edges.len()).for_each(|edge| gaps.look(edge));
         gaps
@@ -339,15 +322,16 @@ impl<'m, 'a> Gaps<'m, 'a> {
         (is_beside && self.open_at(number).any(runs_along)).then_some(width)
     }
 
-    /// By patch, whether much of its border is open.
-    fn patches_with_long_borders(&self, patches: usize) -> Vec<bool> {
-        let mut lengths = vec![0.0; patches];
+    /// By patch, whether so much of its border is open that it may touch another one along a line: there holes are
+    /// closed once and between patches only, as rounding decides what is there.
+    fn patches_with_long_borders(&self) -> Vec<bool> {
+        let mut lengths = vec![0.0; self.is_trimmed.len()];
         self.edges.iter().flatten().for_each(|open| lengths[self.patch(open) as usize] += self.length(open));
         lengths.into_iter().map(|length| length > LONG * self.mesh.chord).collect()
     }
 
     /// Marks the edges of small holes between patches, and notes where they can be closed. Whether there are any.
-    fn mark_small_holes(&mut self) -> bool {
+    fn mark_small_holes(&mut self, is_long: &[bool]) -> bool {
         let mut seen = vec![false; self.edges.len()];
         for first in 0..self.edges.len() {
             let mut way: Vec<usize> = Vec::new();
@@ -363,7 +347,7 @@ impl<'m, 'a> Gaps<'m, 'a> {
                 let end = if a == start { b } else { a };
                 // Back where the way has been, the hole is what lies between.
                 if let Some(from) = starts.iter().position(|start| *start == end) {
-                    self.mark(&way[from..]);
+                    self.mark(&way[from..], is_long);
                     break;
                 }
                 let leaves = |k: &usize| self.edges[*k].is_some_and(|open| self.numbers(&open)[0] == end);
@@ -378,7 +362,7 @@ impl<'m, 'a> Gaps<'m, 'a> {
     }
 
     /// Marks the edges of a hole if it is small, and between several patches or but a slit.
-    fn mark(&mut self, hole: &[usize]) {
+    fn mark(&mut self, hole: &[usize], is_long: &[bool]) {
         let edges: Vec<Open> = hole.iter().filter_map(|k| self.edges[*k]).collect();
         let Some(first) = edges.first() else { return };
         let length: f64 = edges.iter().map(|open| self.length(open)).sum();
@@ -390,8 +374,8 @@ impl<'m, 'a> Gaps<'m, 'a> {
         let area = 0.5 * edges.iter().map(spanned).sum::<DVec3>().length();
         let is_slit = self.is_trimmed[self.patch(first) as usize] && area <= SLIT * length * self.mesh.chord;
         let is_mixed = edges.iter().any(|open| self.patch(open) != self.patch(first));
-        let at_a_point = edges.iter().all(|open| !self.is_long[self.patch(open) as usize]);
-        let may_close = if self.turns || !is_mixed { at_a_point && (is_mixed || is_slit) } else { true };
+        let at_a_point = edges.iter().all(|open| !is_long[self.patch(open) as usize]);
+        let may_close = (is_mixed && !self.turns) || (at_a_point && (is_mixed || is_slit));
         if length <= SMALL_HOLE * self.mesh.chord && may_close {
             hole.iter().filter_map(|k| self.edges[*k].as_mut().map(|open| open.in_small_hole = true)).for_each(drop);
         }
