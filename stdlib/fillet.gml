@@ -149,10 +149,12 @@ fn _center_beside(f, g, p, radius: length) {
 }
 
 /// Negative between a ball that touches what two functions give the distance from, and where it touches them.
-fn _beside_ball(f, g, p, radius: length) = _beside_center(f, g, p, _center_beside(f, g, p, radius), radius)
+fn _beside_ball(f, g, p, radius: length) =
+  _beside_center(f, g, p, _center_beside(f, g, p, radius), radius, false)
 
-/// The same with the center of the ball.
-fn _beside_center(f, g, p, c, radius: length) {
+/// The same with the center of the ball; beyond the straight line between the places that it touches, where that is
+/// asked.
+fn _beside_center(f, g, p, c, radius: length, flat: bool) {
   let (a, b, from) = (_gradient(f, c), _gradient(g, c), c - p)
   let (x, y, k) = (dot(from, a), dot(from, b), dot(a, b))
   let edge = cross(a, b)
@@ -161,7 +163,7 @@ fn _beside_center(f, g, p, c, radius: length) {
   let off = abs(f(c) - radius) + abs(g(c) - radius) + abs(f(c - a * radius)) + abs(g(c - b * radius))
   let along = abs(dot(from, edge)) / sqrt(d)
   let away = max(
-    radius - norm(from),
+    if flat { radius * sqrt((1 + k) / 2) - (x + y) / sqrt(2 + 2 * k + 1e-9) } else { radius - norm(from) },
     (k * y - x) / d,
     (k * x - y) / d,
     off - radius / 20,
@@ -170,28 +172,77 @@ fn _beside_center(f, g, p, c, radius: length) {
     norm(from) - 1.5 * radius / sqrt((1 + k) / 2 + 1e-9),
   )
   // Far away the steps may end anywhere: what they say of the distance is not told there.
-  max(-f(p), -g(p), f(p) - 2 * radius, g(p) - 2 * radius, min(away, radius / 2))
+  max(-f(p), -g(p), f(p) - 2 * radius, g(p) - 2 * radius, min(away, _away * radius))
 }
 
-// Fillets of edges that are named: `body.fillet(top, hole.wall, 1mm)`. The compiler finds the surfaces and their sides;
-// where the edge runs, and whether it is an outer or an inner one, is found here from the body. A pair holds both
-// sides, both walls without what trims them, and the function of the body.
+/// How far from a fillet, in its radii, its function tells how far: beyond that it is a bound. Where the function
+/// jumped, triangles would be divided all along.
+let _away = 0.25
 
-/// The body with a fillet on the edge of two of its surfaces: `left` is what is left of those that it has, and `fillet`
-/// are the new ones: `round` and, where the surfaces meet twice, `again`; `start` and `end` close the fillet where it
-/// ends with its walls, as at the ends of an angle, or at what crosses one of them. Of an outer edge it is as at an
+// Fillets and chamfers of edges that are named: `body.fillet(top, hole.wall, 1mm)`, `body.chamfer(top, hole.wall, 1mm)`.
+// The compiler finds the surfaces and their sides; where the edge runs, and whether it is an outer or an inner one, is
+// found here from the body. A pair holds both sides, both walls without what trims them, the radius of the ball, and
+// whether what it leaves is flat. What fills the body is handed on beside it, and stands in few places: each body has
+// the one before it within.
+
+/// The body with fillets on edges of its surfaces: `left` is what is left of those that it has, and `new` are the
+/// others, for each edge: `round` and, where its surfaces meet twice, `again`; `start` and `end` close the fillet where
+/// it ends with its walls, as at the ends of an angle, or at what crosses one of them. Of an outer edge it is as at an
 /// inner edge of what is not the body: the distances are taken negative.
-fn _rounded(body, first, wall_of_first, second, wall_of_second, radius: length) {
+fn _rounded(body, edges, radius: length) {
   require radius > 0mm, "the radius of a fillet is positive"
-  let pair = {a: first, b: second, of_a: wall_of_first, of_b: wall_of_second, inside: inside(body)}
+  let filled = inside(body)
+  let blends = for edge in edges {
+    let pair = _pair(edge, radius, false)
+    _blend(pair, filled, _edge_of(pair, filled))
+  }
+  _blended(body, filled, blends, |across, ends| {
+    round: across[0],
+    again: across[1],
+    start: ends[0],
+    end: ends[1],
+  })
+}
+
+/// The body with chamfers on edges of its surfaces, with legs of one size: `flat` where a fillet is round, between the
+/// places that a ball touches.
+fn _chamfered(body, edges, size: length) {
+  require size > 0mm, "the size of a chamfer is positive"
+  let filled = inside(body)
+  let blends = for edge in edges {
+    let run = _edge_of(_pair(edge, size, true), filled)
+    let radius = size * sqrt((1 + run.cosine) / (1 - run.cosine))
+    _blend(_pair(edge, radius, true), filled, run)
+  }
+  _blended(body, filled, blends, |across, ends| {
+    flat: across[0],
+    again: across[1],
+    start: ends[0],
+    end: ends[1],
+  })
+}
+
+/// Two surfaces with a ball between them.
+fn _pair(edge, radius: length, flat: bool) = {
+  a: edge[0],
+  b: edge[2],
+  of_a: edge[1],
+  of_b: edge[3],
+  radius: radius,
+  flat: flat,
+}
+
+/// How the edge of a pair runs: along which of the four parameters, at which stations, whether it is an outer (-1) or
+/// an inner one (1), and the cosine of the angle between both normals, of the chamfer's edge.
+fn _edge_of(pair, filled) {
   let (chosen, score) = stop(loop((0.0, 0.0), 4, |best, k| {
-    let score = max(_survey(pair, radius, k, 0)[0], _survey(pair, radius, k, 1)[0])
+    let score = max(_survey(pair, filled, k, 0)[0], _survey(pair, filled, k, 1)[0])
     // The first of those that are as good but for rounding.
     if score > best[1] + 1e-6 { (real(k), score) } else { best }
   }))
   require score > 0, "these surfaces of the body do not meet in an edge that could be rounded"
   let k = int(chosen)
-  let (once, again) = (stop(_survey(pair, radius, k, 0)), stop(_survey(pair, radius, k, 1)))
+  let (once, again) = (stop(_survey(pair, filled, k, 0)), stop(_survey(pair, filled, k, 1)))
   // Two edges that end in each other are one, which turns back.
   let beyond = min(_meeting(pair, k, once[1] - 1/32, 0), _meeting(pair, k, once[2] + 1/32, 0))
   require again[6] == 0 or beyond > -0.5,
@@ -199,23 +250,65 @@ fn _rounded(body, first, wall_of_first, second, wall_of_second, radius: length) 
   let sum = once[5] + again[5]
   require abs(sum) == once[6] + again[6],
     "the edge of these surfaces is an outer one in some places and an inner one in others: a fillet has one kind"
-  let s = if sum > 0 { 1.0 } else { -1.0 }
-  let (f, g, filled) = (|p| s * first(p), |p| s * second(p), |p| s * pair.inside(p))
-  let region = |p| _beside_edge(f, g, filled, p, radius)
-  let edges = for last in 0..2 { _edge_along(pair, radius, k, s, if last == 0 { once } else { again }, last) }
+  let at = _cosine(pair, k, once)
+  require not pair.flat or max(once[8], again[8]) - min(once[7], again[7]) < 1e-6,
+    "the angle between these surfaces is not the same all along their edge, so that no chamfer has legs of one size: 'fillet' rounds it"
+  {along: k, kind: if sum > 0 { 1.0 } else { -1.0 }, runs: [once, again], cosine: at}
+}
+
+/// The cosine of the angle between both normals in the middle of an edge, with its derivative.
+fn _cosine(pair, k: int, run) {
+  let (t, x) = stop(((run[1] + run[2]) / 2, (run[3] + run[4]) / 2))
+  let off = _from_other(pair, k, t, x)
+  let p = _on_wall(pair, k, t, x - off / stop(_from_other'x(pair, k, t, x)))
+  dot(_gradient(pair.a, p), _gradient(pair.b, p))
+}
+
+/// A pair with how its edge runs.
+fn _blend(pair, filled, edge) {
+  let (k, s) = (edge.along, edge.kind)
+  {
+    pair: pair,
+    along: k,
+    kind: s,
+    runs: for last in 0..2 { _edge_along(pair, filled, k, s, edge.runs[last], last) },
+  }
+}
+
+/// The body with its blends, whose new surfaces get names.
+fn _blended(body, filled, blends, named) {
+  let n = len(blends)
+  // Those of one call meet as they are: each new surface is where no other blend is.
+  let new = for i in 0..n {
+    let (pair, k, s, runs) = (blends[i].pair, blends[i].along, blends[i].kind, blends[i].runs)
+    let alone = |w| |u: real, v: real| {
+      let p = w(u, v)
+      keep(p, min(for j in 0..n {
+        if j == i { _far } else { _beside_edge(blends[j].pair, filled, blends[j].kind, p) }
+      }))
+    }
+    let across = for run in runs { alone(_across(pair, filled, k, s, run)) }
+    named(across, for end in runs[0].ends { alone(_end_of(pair, filled, k, s, runs[0], end)) })
+  }
+  let edges = for blend in blends { {pair: blend.pair, kind: blend.kind} }
   solid(
     {
-      left: each(body, |w| |u: real, v: real| keep(w(u, v), region(_beside_wall(w, u, v, s)))),
-      fillet: {
-        round: _round(pair, radius, k, s, edges[0], filled),
-        again: _round(pair, radius, k, s, edges[1], filled),
-        start: _end_of(pair, radius, k, s, edges[0], edges[0].ends[0], filled),
-        end: _end_of(pair, radius, k, s, edges[0], edges[0].ends[1], filled),
-      },
+      left: each(body, |w| |u: real, v: real| keep(w(u, v), min(for edge in edges {
+        _beside_edge(edge.pair, filled, edge.kind, _beside_wall(w, u, v, edge.kind))
+      }))),
+      new: new,
     },
-    |p| s * min(filled(p), region(p)),
+    |p| {
+      let beside = for edge in edges { _beside_edge(edge.pair, filled, edge.kind, p) }
+      let off = for i in 0..n { if edges[i].kind < 0 { -beside[i] } else { -_far } }
+      let on = for i in 0..n { if edges[i].kind < 0 { _far } else { beside[i] } }
+      min(max(filled(p), max(off)), min(on))
+    },
   )
 }
+
+/// Farther than anything.
+let _far = 1000m
 
 /// How far behind the places that the ball touches the body is asked for, as a part of the radius: at an end of the
 /// edge there is nothing to be touched. Far more than rounding; thinner sheets have no fillets.
@@ -255,31 +348,45 @@ fn _meeting(pair, k: int, t: real, last: int) {
 
 /// Whether at a place of both surfaces the body has an outer edge (-1), an inner one (1) or none (0): it is asked in
 /// all four corners that the surfaces make, a fiftieth of the radius away.
-fn _kind(pair, radius: length, e) {
+fn _kind(pair, filled, e) {
   let (m, n) = (_gradient(pair.a, e), _gradient(pair.b, e))
   let c = dot(m, n)
-  let h = radius / 50
+  let h = pair.radius / 50
   let (up, out) = ((m + n) * (h / (1 + c + 1e-9)), (m - n) * (h / (1 - c + 1e-9)))
-  let (left, right) = (pair.inside(e + out), pair.inside(e - out))
   // Surfaces at less than a degree touch rather than meet.
-  let meets = abs(pair.a(e)) + abs(pair.b(e)) < _near and abs(c) < 0.9998
-  if not meets or pair.inside(e - up) > 0mm or pair.inside(e + up) < 0mm { 0.0 }
-  else if min(left, right) > 0mm { -1.0 }
-  else if max(left, right) < 0mm { 1.0 }
-  else { 0.0 }
+  if abs(pair.a(e)) + abs(pair.b(e)) > _near or abs(c) > 0.9998 {
+    0.0
+  } else {
+    // How far below is not inside, or above is, and the least and the most beside.
+    let (wrong, least, most) = loop((-1m, 1m, -1m), 4, |found, i| {
+      let way = if i < 2 { up } else { out }
+      let side = if i == 0 or i == 2 { 1 } else { -1 }
+      let there = filled(e + way * side)
+      if i < 2 {
+        (max(found[0], -there * side), found[1], found[2])
+      } else {
+        (found[0], min(found[1], there), max(found[2], there))
+      }
+    })
+    if wrong > 0mm { 0.0 }
+    else if least > 0mm { -1.0 }
+    else if most < 0mm { 1.0 }
+    else { 0.0 }
+  }
 }
 
 /// What 32 stations say of an edge along t: how well it runs that way, its first and last t, its least and greatest x,
-/// the sum of its kinds, and at how many stations it is.
-fn _survey(pair, radius: length, k: int, last: int) = loop(
-  (0.0, 2.0, -1.0, 2.0, -2.0, 0.0, 0.0),
+/// the sum of its kinds, at how many stations it is, and the least and greatest cosine between both normals.
+fn _survey(pair, filled, k: int, last: int) = loop(
+  (0.0, 2.0, -1.0, 2.0, -2.0, 0.0, 0.0, 2.0, -2.0),
   32,
   |s, i| {
     let t = (i + 0.5) / 32
     let x = _meeting(pair, k, t, last)
     // The last one is another than the first.
     let none = x < -0.5 or last == 1 and abs(_meeting(pair, k, t, 0) - x) < 1e-6
-    let kind = if none { 0.0 } else { _kind(pair, radius, _on_wall(pair, k, t, x)) }
+    let e = _on_wall(pair, k, t, x)
+    let kind = if none { 0.0 } else { _kind(pair, filled, e) }
     fn at(t: real, x: real) = _on_wall(pair, k, t, x)
     fn off(t: real, x: real) -> length = _from_other(pair, k, t, x)
     let along = off'x(t, x) * norm(at't(t, x)) / (1mm * 1mm)
@@ -296,6 +403,8 @@ fn _survey(pair, radius: length, k: int, last: int) = loop(
         max(s[4], x),
         s[5] + kind,
         s[6] + 1,
+        min(s[7], dot(_gradient(pair.a, e), _gradient(pair.b, e))),
+        max(s[8], dot(_gradient(pair.a, e), _gradient(pair.b, e))),
       )
     }
   },
@@ -304,13 +413,13 @@ fn _survey(pair, radius: length, k: int, last: int) = loop(
 /// From where to where along t an edge is followed, where across balls are sought, on which side of the wall, and
 /// whether it is there at all. The ends are those of the stations, and beyond them as far as the fillet runs over other
 /// surfaces that cut the edge.
-fn _edge_along(pair, radius: length, k: int, s, run, last: int) {
+fn _edge_along(pair, filled, k: int, s, run, last: int) {
   fn at(t: real, x: real) = _on_wall(pair, k, t, x)
   let there = run[6] > 0
   let (t, x) = if there { ((run[1] + run[2]) / 2, (run[3] + run[4]) / 2) } else { (0.5, 0.5) }
   let (by_t, by_x) = (at't(t, x), at'x(t, x))
   let closed = norm(at(0, x) - at(1, x)) < _near
-  let wide = 1/16 + 2 * radius / (norm(by_x) + _near)
+  let wide = 1/16 + 2 * pair.radius / (norm(by_x) + _near)
   let e = at(t, x)
   let (of_a, of_b) = (_gradient(pair.a, e), _gradient(pair.b, e))
   require not there or max(abs(norm(of_a) - 1), abs(norm(of_b) - 1)) < 0.001,
@@ -319,9 +428,9 @@ fn _edge_along(pair, radius: length, k: int, s, run, last: int) {
   let between = stop(if there { (run[3] - wide, run[4] + wide) } else { (0.0, 1.0) })
   let side = stop(s * sign(dot(cross(by_t, by_x), out)))
   let whole = closed or not there
-  let by_radius = radius / (norm(by_t) + _near)
+  let by_radius = pair.radius / (norm(by_t) + _near)
   fn end(station: real, way: real) =
-    station + way * (1/32 + by_radius * _beyond(pair, radius, k, s, between, side, station, way * by_radius))
+    station + way * (1/32 + by_radius * _beyond(pair, filled, k, s, between, side, station, way * by_radius))
   let edge = {
     there: if there { 1.0 } else { -1.0 },
     from: stop(if whole { 0.0 } else { end(run[1], -1) }),
@@ -329,7 +438,7 @@ fn _edge_along(pair, radius: length, k: int, s, run, last: int) {
     between: between,
     side: side,
   }
-  let found = stop(_fits(pair, radius, k, s, edge, run))
+  let found = stop(_fits(pair, filled, k, s, edge, run))
   require found[0] >= 0.5 or not there,
     "a ball of this radius does not touch both surfaces within their borders all along the edge: make it smaller"
   require found[1] < (if last == 1 { 0.5 } else { 2.5 }) or not there,
@@ -346,52 +455,57 @@ fn _edge_along(pair, radius: length, k: int, s, run, last: int) {
 
 /// How many radii beyond its last station an edge is followed: 3, or 6, 12 or 24 where there is still something to take
 /// off or to fill at the end of fewer, as where a surface cuts the edge at a slant.
-fn _beyond(pair, radius: length, k: int, s, between, side, station: real, by_radius: real) = loop(
+fn _beyond(pair, filled, k: int, s, between, side, station: real, by_radius: real) = loop(
   3.0,
   3,
   |radii, i| {
-    let ball = _ball_along(pair, radius, k, s, {side: side, between: between}, station + radii * by_radius)
+    let ball = _ball_along(pair, k, s, {side: side, between: between}, station + radii * by_radius)
     // Just beyond both places that the ball touches, and between them.
-    fn beside(w: real) {
+    let most = loop(-1m, 3, |most, i| {
+      let w = 0.15 + 0.35 * i
       let toward = normalize(ball.to_wall * (1 - w) + ball.to_other * w)
-      s * pair.inside(ball.center + toward * (radius * (1 + 0.08 * w * (1 - w))))
-    }
-    let most = max(beside(0.15), beside(0.5), beside(0.85))
-    let goes_on =
-      ball.off < _near and most > _near and _behind_ball(|p| s * pair.inside(p), ball, radius) < 0mm
+      let outer = _to_blend(pair, ball, toward) + 0.08 * w * (1 - w) * pair.radius
+      max(most, s * filled(ball.center + toward * outer))
+    })
+    let goes_on = ball.off < _near and most > _near and _behind_ball(pair, filled, s, ball) < 0mm
     if goes_on { 2 * radii } else { radii }
   },
 )
 
 /// The ball beside an edge at t. Without branches, which would cost more than all four walls.
-fn _ball_along(pair, radius: length, k: int, s, edge, t: real) = if k == 0 {
-  _ball(|u: real, v: real| pair.of_a(u, v), |p| s * pair.b(p), radius, edge.side, edge.between, t)
+fn _ball_along(pair, k: int, s, edge, t: real) = if k == 0 {
+  _ball(|u: real, v: real| pair.of_a(u, v), |p| s * pair.b(p), pair.radius, edge.side, edge.between, t)
 } else if k == 1 {
-  _ball(|u: real, v: real| pair.of_a(v, u), |p| s * pair.b(p), radius, edge.side, edge.between, t)
+  _ball(|u: real, v: real| pair.of_a(v, u), |p| s * pair.b(p), pair.radius, edge.side, edge.between, t)
 } else if k == 2 {
-  _ball(|u: real, v: real| pair.of_b(u, v), |p| s * pair.a(p), radius, edge.side, edge.between, t)
+  _ball(|u: real, v: real| pair.of_b(u, v), |p| s * pair.a(p), pair.radius, edge.side, edge.between, t)
 } else {
-  _ball(|u: real, v: real| pair.of_b(v, u), |p| s * pair.a(p), radius, edge.side, edge.between, t)
+  _ball(|u: real, v: real| pair.of_b(v, u), |p| s * pair.a(p), pair.radius, edge.side, edge.between, t)
 }
 
 /// The share of the places along an edge, between its first and last station, at which the ball touches what bounds the
 /// body; how often the edge ends between two of 64 places where the fillet would gape; and for the first and the second
 /// of such ends the place after it, and whether the fillet is before it (1), behind it (-1) or there is no such end
 /// (0).
-fn _fits(pair, radius: length, k: int, s, edge, run) {
+fn _fits(pair, filled, k: int, s, edge, run) {
   let step = (edge.to - edge.from) / 64
   // Two counts, the number of ends, what was at the last place, and the ends.
   let found = loop((0.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0), 64, |so_far, i| {
     let t = edge.from + step * (i + 0.5)
-    let ball = _ball_along(pair, radius, k, s, edge, t)
-    let (one, other) = (ball.center + ball.to_wall * radius, ball.center + ball.to_other * radius)
+    let ball = _ball_along(pair, k, s, edge, t)
     let is_ball = ball.off < _near
-    let touches = is_ball and abs(pair.inside(one)) < _near and abs(pair.inside(other)) < _near
+    // How far the places that the ball touches are from the body's surface, and where it is between ball and edge.
+    let between = normalize(ball.to_wall + ball.to_other)
+    let (apart, middle) = loop((0mm, 0mm), 3, |found, i| {
+      let toward = if i == 0 { ball.to_wall } else if i == 1 { ball.to_other } else { between }
+      let outer = if i == 2 { _to_blend(pair, ball, between) + 0.02 * pair.radius } else { pair.radius }
+      let there = s * filled(ball.center + toward * outer)
+      if i == 2 { (found[0], there) } else { (max(found[0], abs(there)), found[1]) }
+    })
+    let touches = is_ball and apart < _near
     let within = t > run[1] - 1e-9 and t < run[2] + 1e-9
-    // Between the ball and the edge.
-    let middle = ball.center + normalize(ball.to_wall + ball.to_other) * (1.02 * radius)
-    let gapes = is_ball and s * pair.inside(middle) > _near
-    let now = if _behind_ball(|p| s * pair.inside(p), ball, radius) < 0mm { 1.0 } else { -1.0 }
+    let gapes = is_ball and middle > _near
+    let now = if _behind_ball(pair, filled, s, ball) < 0mm { 1.0 } else { -1.0 }
     let ends = gapes and so_far[4] > 0 and so_far[3] * now < 0
     let (first, second) = (ends and so_far[2] < 0.5, ends and so_far[2] > 0.5)
     (
@@ -411,26 +525,43 @@ fn _fits(pair, radius: length, k: int, s, edge, run) {
   (share, found[2], found[5], found[6], found[7], found[8])
 }
 
+/// How far the new surface is from the center of a ball, in a direction between the places that the ball touches.
+fn _to_blend(pair, ball, toward) = if pair.flat {
+  let both = ball.to_wall + ball.to_other
+  // The straight line between both places.
+  pair.radius * (1 + dot(ball.to_wall, ball.to_other)) / (dot(both, toward) + 1e-9)
+} else {
+  pair.radius
+}
+
 /// Negative where the body, or what is not the body, is behind both places that a ball touches.
-fn _behind_ball(filled, ball, radius: length) {
-  let depth = (1 + _behind) * radius
-  max(filled(ball.center + ball.to_wall * depth), filled(ball.center + ball.to_other * depth))
+fn _behind_ball(pair, filled, s, ball) {
+  let depth = (1 + _behind) * pair.radius
+  loop(-1m, 2, |most, i| {
+    let toward = if i == 0 { ball.to_wall } else { ball.to_other }
+    max(most, s * filled(ball.center + toward * depth))
+  })
 }
 
 /// Negative between a ball and the edge of two walls, as `_beside_ball` has it, where there is something behind both.
-fn _beside_edge(f, g, filled, p, radius: length) {
+fn _beside_edge(pair, filled, s, p) {
+  let radius = pair.radius
+  let (f, g) = (|p| s * pair.a(p), |p| s * pair.b(p))
   let outer = max(-f(p), -g(p), f(p) - 2 * radius, g(p) - 2 * radius)
   // Far away no ball need be found.
-  if outer > radius / 4 {
+  if outer > _away * radius {
     outer
   } else {
     let c = _center_beside(f, g, p, radius)
-    let beside = _beside_center(f, g, p, c, radius)
+    let beside = _beside_center(f, g, p, c, radius, pair.flat)
     if beside > 0mm {
       beside
     } else {
-      let ball = {center: c, to_wall: -_gradient(f, c), to_other: -_gradient(g, c)}
-      max(beside, _behind_ball(filled, ball, radius))
+      max(beside, _behind_ball(pair, filled, s, {
+        center: c,
+        to_wall: -_gradient(f, c),
+        to_other: -_gradient(g, c),
+      }))
     }
   }
 }
@@ -441,22 +572,26 @@ fn _beside_wall(w, u, v, s) {
   w(u, v) + n * (s * _near / (norm(n) + 1e-12mm * 1mm))
 }
 
-/// The round surface along an edge; nothing of it is there where there is no edge.
-fn _round(pair, radius: length, k: int, s, edge, filled) = |u: real, v: real| {
-  let ball = _ball_along(pair, radius, k, s, edge, mix(edge.from, edge.to, u))
+/// The new surface along an edge, round or flat; nothing of it is there where there is no edge.
+fn _across(pair, filled, k: int, s, edge) = |u: real, v: real| {
+  let ball = _ball_along(pair, k, s, edge, mix(edge.from, edge.to, u))
   // Somewhat longer than it is, so that its edges are where it meets the walls; turned over at an outer edge.
   let t = mix(-0.05, 1.05, if s > 0 { v } else { 1 - v })
-  let p = _arc(ball, radius, t)
+  let p = if pair.flat {
+    ball.center + mix(ball.to_wall, ball.to_other, if ball.rises { 1 - t } else { t }) * pair.radius
+  } else {
+    _arc(ball, pair.radius, t)
+  }
   let is_there = edge.there > 0 and ball.off < _near
-  let within = min(filled(p) - _near, radius * min(t, 1 - t), -_behind_ball(filled, ball, radius))
-  keep(p, if is_there { within } else { -radius })
+  let within = min(s * filled(p) - _near, pair.radius * min(t, 1 - t), -_behind_ball(pair, filled, s, ball))
+  keep(p, if is_there { within } else { -pair.radius })
 }
 
 /// The plane surface across an edge that closes its fillet at an end, from the ball to the walls.
-fn _end_of(pair, radius: length, k: int, s, edge, end, filled) {
+fn _end_of(pair, filled, k: int, s, edge, end) {
   let (after, kind) = (end[0], end[1])
   let step = (edge.to - edge.from) / 64
-  fn behind(t: real) -> length = _behind_ball(filled, _ball_along(pair, radius, k, s, edge, t), radius)
+  fn behind(t: real) -> length = _behind_ball(pair, filled, s, _ball_along(pair, k, s, edge, t))
   // Where it ends: by halving, and a step of Newton's that is differentiated.
   let (low, high) = stop(loop((after - step, after), 30, |range, i| {
     let middle = (range[0] + range[1]) / 2
@@ -465,7 +600,7 @@ fn _end_of(pair, radius: length, k: int, s, edge, end, filled) {
   let (at, slope) = ((low + high) / 2, behind'((low + high) / 2))
   let is_there = edge.there > 0 and abs(kind) > 0.5 and abs(slope) > _near
   let t = if is_there { at - behind(at) / slope } else { at }
-  let ball = _ball_along(pair, radius, k, s, edge, t)
+  let ball = _ball_along(pair, k, s, edge, t)
   let (a, b) = (ball.to_wall, ball.to_other)
   let turn = atan2(norm(cross(a, b)), dot(a, b))
   fn along(t: real, x: real) = _on_wall(pair, k, t, x)
@@ -474,11 +609,11 @@ fn _end_of(pair, radius: length, k: int, s, edge, end, filled) {
   // What coincides with the end is asked a little before it.
   let before = normalize(along't(at, ball.v)) * (-kind * 100 * _near)
   // A little beyond the edge.
-  let far = 1.5 * radius / sqrt((1 + dot(a, b)) / 2 + 1e-9)
+  let far = 1.5 * pair.radius / sqrt((1 + dot(a, b)) / 2 + 1e-9)
   |u: real, v: real| {
     let w = if outwards { u } else { 1 - u }
     let toward = (a * sin(turn * (1 - w)) + b * sin(turn * w)) / sin(turn)
-    let p = ball.center + toward * mix(radius, far, v)
-    keep(p, if is_there { filled(p + before) - _near } else { -radius })
+    let p = ball.center + toward * mix(_to_blend(pair, ball, toward), far, v)
+    keep(p, if is_there { s * filled(p + before) - _near } else { -pair.radius })
   }
 }

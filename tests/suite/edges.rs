@@ -1,4 +1,4 @@
-//! Fillets of edges that are named: closed, of the right volume, and errors where there can be none.
+//! Fillets and chamfers of edges that are named: closed, of the right volume, and errors where there can be none.
 
 use crate::solids::{checked, measure, must_be_closed};
 use crate::support::{fails, gmlc};
@@ -53,6 +53,50 @@ fn the_rim_of_a_hole_loses_a_part_of_a_torus() {
     let lost = 12_000.0 - PI * 640.0 - measure(&check, 0);
     let truth = 2.0 * PI * (8.0 + 2.0 * middle()) * CORNER * 4.0;
     assert!((lost / truth - 1.0).abs() < 2e-3, "{lost} for {truth}");
+}
+
+/// A chamfer takes a triangle along a straight edge, and by Pappus a ring of one from the rim of a hole.
+#[test]
+fn chamfers_have_their_volumes() {
+    let hole =
+        "let b = box(width: 40mm, depth: 30mm, height: 10mm) - {hole: capped_cylinder(radius: 8mm, height: 10mm)}";
+    let slant = "let b = box(width: 40mm, depth: 20mm, height: 10mm) & {
+    slope: half_space(at: (0mm, 0mm, 8mm), normal: (0.75, 0, 1), size: 90mm),
+  }";
+    // The slope goes down from the top at x = -8/3 mm to the base at 32/3 mm.
+    let whole = 20.0 * (10.0 * (20.0 - 8.0 / 3.0) + 10.0 * 40.0 / 3.0 / 2.0);
+    // Between the slope and the base is an edge of the angle whose tangent is 0.75.
+    let section = 2.0 * 2.0 / 2.0 * 0.6;
+    let cases = [
+        (BOX, "b.chamfer(top, right, r)", 8000.0 - 2.0 * 20.0, -2.0 * 20.0),
+        // A ring of section r^2 / 2 whose middle is at 8 + r / 3 from the axis, twice.
+        (
+            hole,
+            "b.chamfer([top, base], hole.wall, r)",
+            12_000.0 - PI * 640.0 - 8.0 * PI * (8.0 + 2.0 / 3.0),
+            -72.0 * PI,
+        ),
+        (slant, "b.chamfer(slope.cut, base, r)", whole - 20.0 * section, -20.0 * section),
+    ];
+    for (lets, body, volume, slope) in cases {
+        let check = checked(&model(lets, body, true), &[]);
+        assert_eq!(check["closed"], true, "{body}: {}", check["open_borders"]);
+        let found = measure(&check, 0);
+        assert!((found - volume).abs() < 0.01, "{body}: {found} for {volume}");
+        let found = check["measures"][0]["derivatives"]["r"].as_f64().expect("a derivative");
+        assert!((found / slope - 1.0).abs() < 1e-3, "{body}: {found} for {slope}");
+    }
+}
+
+/// Fillets of several edges meet in mitres: at a depth q below the top, each side is farther in by r - sqrt(r^2 - (r -
+/// q)^2).
+#[test]
+fn all_edges_of_a_face_are_rounded_at_once() {
+    let check = checked(&model(BOX, "b.fillet(top, [front, back, left, right], r)", true), &[]);
+    assert_eq!(check["closed"], true, "{}", check["open_borders"]);
+    let truth = 8000.0 - 120.0 * 4.0 * CORNER + 32.0 * (5.0 / 3.0 - PI / 2.0);
+    let volume = measure(&check, 0);
+    assert!((volume - truth).abs() < 0.01, "{volume} for {truth}");
 }
 
 #[test]
@@ -140,6 +184,10 @@ fn what_cannot_be_rounded_says_why() {
     let holes = "let b = box() - {hole: for i in 0..2 { capped_cylinder(radius: 2mm).translate((i * 9mm, 0mm, 0mm)) }}";
     let balls = "let b = ball(radius: 10mm) + {c: ball(radius: 7mm).translate((12mm, 0mm, 0mm))}";
     let wide = "let b = box().scale(x: 2)";
+    let drilled = "let drill = capped_cylinder(radius: 4mm, height: 40mm).translate((0mm, 0mm, -20mm))
+  let b = capped_cylinder(radius: 10mm, height: 40mm) - {
+    hole: drill.rotate(90deg, (0, 1, 0)).translate((0mm, 0mm, 20mm)),
+  }";
     let own = "let b = solid({wall: sphere(9mm), other: sphere(9mm)}, |p| norm(p) - 9mm)";
     let cases = [
         (BOX, "b.fillet(top, rihgt, r)", "did you mean 'right'?"),
@@ -153,6 +201,11 @@ fn what_cannot_be_rounded_says_why() {
         (own, "b.fillet(wall, other, r)", "goes on beyond its borders"),
         (balls, "b.fillet(wall, c.wall, r)", "no parameter of either surface runs all along"),
         (wide, "b.fillet(top, right, r)", "tells no distances"),
+        (BOX, "b.fillet([top, rihgt], front, r)", "did you mean 'right'?"),
+        (BOX, "b.fillet([top, front], [front, right], r)", "both of these are 'front'"),
+        (BOX, "b.chamfer(top, right)", "two surfaces of the body and a size"),
+        (BOX, "b.chamfer(top, right, -1mm)", "the size of a chamfer is positive"),
+        (drilled, "b.chamfer(wall, hole.wall, r)", "not the same all along"),
     ];
     for (lets, body, said) in cases {
         fs::write(folder.path().join("m.gml"), model(lets, body, false)).expect("written");

@@ -3,6 +3,7 @@
 use super::constants::constant;
 use super::context::{Checker, error, int};
 use super::convert::{exponent_error, square_root};
+use super::edges::Blend;
 use super::operators::{binary, common, unary};
 use super::typed::{Binary, Expr, ExprKind, Type, Unary};
 use super::types::Dimension;
@@ -39,7 +40,8 @@ pub(crate) enum Builtin {
     Solid,
     Inside,
     Sides,
-    Fillet,
+    /// Of edges that are named.
+    Blend(Blend),
     SvgPath,
     Glyphs,
     /// Of finished parts, in measures.
@@ -98,7 +100,8 @@ const TABLE: &[(&str, Builtin, &[&str])] = &[
     ("solid", Builtin::Solid, &["surfaces", "inside", "sides"]),
     ("inside", Builtin::Inside, &["solid"]),
     ("sides", Builtin::Sides, &["solid"]),
-    ("fillet", Builtin::Fillet, &["body", "first", "second", "radius"]),
+    ("fillet", Builtin::Blend(Blend::Fillet), &["body", "first", "second", "radius"]),
+    ("chamfer", Builtin::Blend(Blend::Chamfer), &["body", "first", "second", "size"]),
     ("arity", Builtin::Arity, &["f"]),
     ("svg_path", Builtin::SvgPath, &["path", "tolerance"]),
     ("glyphs", Builtin::Glyphs, &["text", "font"]),
@@ -176,7 +179,7 @@ impl<'a> Checker<'a> {
             (Builtin::EachSolid, Some(f), Some(of_inside)) => self.each_solid(first, f, of_inside, span),
             (Builtin::Keep, Some(value), None) => self.keep_point(first, value, span),
             (Builtin::Solid, Some(inside), sides) => self.make_solid(first, inside, sides, span),
-            (Builtin::Fillet, ..) => self.fillet_of_values(span),
+            (Builtin::Blend(blend), ..) => self.blend_of_values(blend, span),
             (Builtin::SvgPath, tolerance, None) => self.svg_path(first, tolerance, span),
             (Builtin::Glyphs, Some(font), None) => self.glyphs(&first, &font, span),
             (Builtin::Atan2, Some(x), None) => self.atan2(first, x, span),

@@ -68,8 +68,8 @@ impl<'a> Checker<'a> {
         if let Some(of_parts) = self.of_parts(&f) {
             return self.figure(of_parts, &paths(), span);
         }
-        if self.is_fillet(&f) {
-            return self.fillet_of(args, span);
+        if let Some(blend) = self.blend_of(&f) {
+            return self.blend_in_call(blend, args, span);
         }
         let args = self.given(args);
         self.call(f, args, span)
@@ -106,9 +106,9 @@ impl<'a> Checker<'a> {
         // A body that has fillets has a field of this name, too.
         if (is_solid(&receiver.ty) || receiver.ty.is_error())
             && let Some(f) = self.find(&name.text, name.span)
-            && self.is_fillet(&f)
+            && let Some(blend) = self.blend_of(&f)
         {
-            return self.fillet(receiver, named, args, span);
+            return self.blend(blend, receiver, named, args, span);
         }
         if let Some(index) = field_index(&receiver.ty, &name.text) {
             let f = element(receiver, index);

@@ -1,5 +1,5 @@
-//! `fillet(body, first, second, radius)`: the edge of two surfaces of a body, which are named within it. The library
-//! (`std.fillet`) makes the fillet; here the names become surfaces.
+//! `fillet(body, first, second, radius)` and `chamfer(body, first, second, size)`: the edge of two surfaces of a body,
+//! which are named within it. The library (`std.fillet`) makes the new surfaces; here the names become surfaces.
 
 use super::builtins::Builtin;
 use super::context::{Callee, Checker, error};
@@ -13,14 +13,59 @@ use crate::suggest::nearest;
 use crate::syntax::ast::{self, Arg};
 use std::sync::Arc;
 
-/// The function, and the field of a body that holds its fillets in the order in which they were made.
-pub(super) const FILLETS: &str = "fillet";
-
 /// The module of the library that makes them.
 pub(super) const MODULE: &str = "std.fillet";
 
-/// How a call is written.
-const HOW: &str = "write body.fillet(top, hole.wall, 1mm)";
+/// What an edge becomes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum Blend {
+    Fillet,
+    Chamfer,
+}
+
+impl Blend {
+    /// The blend of a function of that name.
+    pub(super) fn named(name: &str) -> Option<Blend> {
+        [Blend::Fillet, Blend::Chamfer].into_iter().find(|blend| blend.name() == name)
+    }
+
+    /// The function, and the field of a body that holds what it made, in the order in which it was made.
+    fn name(self) -> &'static str {
+        match self {
+            Blend::Fillet => "fillet",
+            Blend::Chamfer => "chamfer",
+        }
+    }
+
+    /// The library's function.
+    fn function(self) -> &'static str {
+        match self {
+            Blend::Fillet => "_rounded",
+            Blend::Chamfer => "_chamfered",
+        }
+    }
+
+    /// The name of its last argument.
+    fn size(self) -> &'static str {
+        match self {
+            Blend::Fillet => "radius",
+            Blend::Chamfer => "size",
+        }
+    }
+
+    /// What it does to an edge.
+    fn verb(self) -> &'static str {
+        match self {
+            Blend::Fillet => "rounds",
+            Blend::Chamfer => "cuts",
+        }
+    }
+
+    /// How a call is written.
+    fn how(self) -> String {
+        format!("write body.{}(top, hole.wall, 1mm)", self.name())
+    }
+}
 
 /// The name that an expression is.
 pub(super) fn name_of(e: &ast::Expr) -> Option<&str> {
@@ -31,95 +76,128 @@ pub(super) fn name_of(e: &ast::Expr) -> Option<&str> {
 }
 
 impl<'a> Checker<'a> {
-    /// Whether a function is `fillet`.
-    pub(super) fn is_fillet(&self, f: &Expr) -> bool {
-        matches!(f.ty, Type::Closure(id) if matches!(self.closure(id).callee, Callee::Builtin(Builtin::Fillet)))
+    /// What a function makes of edges.
+    pub(super) fn blend_of(&self, f: &Expr) -> Option<Blend> {
+        let Type::Closure(id) = f.ty else { return None };
+        match self.closure(id).callee {
+            Callee::Builtin(Builtin::Blend(blend)) => Some(blend),
+            _ => None,
+        }
     }
 
     /// `fillet(body, first, second, radius)`.
-    pub(super) fn fillet_of(&mut self, args: &'a [Arg], span: Span) -> Expr {
-        let Some((body, rest)) = args.split_first() else { return self.fillet_of_values(span) };
+    pub(super) fn blend_in_call(&mut self, blend: Blend, args: &'a [Arg], span: Span) -> Expr {
+        let Some((body, rest)) = args.split_first() else { return self.blend_of_values(blend, span) };
         let named = name_of(&body.value);
         let body = self.expr(&body.value);
-        self.fillet(body, named, rest, span)
+        self.blend(blend, body, named, rest, span)
     }
 
     /// A call by which the names of the surfaces are not seen.
-    pub(super) fn fillet_of_values(&mut self, span: Span) -> Expr {
-        let message = "'fillet' rounds the edge of two surfaces that are named in its call";
-        self.fail(Diagnostic::new(Code::Arguments, span, message).hint(HOW))
+    pub(super) fn blend_of_values(&mut self, blend: Blend, span: Span) -> Expr {
+        let message =
+            format!("'{}' {} the edge of two surfaces that are named in its call", blend.name(), blend.verb());
+        self.fail(Diagnostic::new(Code::Arguments, span, message).hint(blend.how()))
     }
 
     /// `body.fillet(first, second, radius)`; the body may have a name.
-    pub(super) fn fillet(&mut self, body: Expr, named: Option<&str>, args: &'a [Arg], span: Span) -> Expr {
+    pub(super) fn blend(&mut self, blend: Blend, body: Expr, named: Option<&str>, args: &'a [Arg], span: Span) -> Expr {
         if body.ty.is_error() {
             return error(span);
         }
         if !is_solid(&body.ty) {
-            let message = format!("'fillet' rounds an edge of a solid, but this is {}", self.describe(&body.ty));
+            let (name, verb) = (blend.name(), blend.verb());
+            let message = format!("'{name}' {verb} an edge of a solid, but this is {}", self.describe(&body.ty));
             return self.fail(Diagnostic::new(Code::TypeMismatch, body.span, message));
         }
-        let labels = ["first", "second", "radius"];
+        let labels = ["first", "second", blend.size()];
         let fits = args.len() == 3
             && args.iter().zip(labels).all(|(arg, label)| arg.label.as_ref().is_none_or(|l| l.text == label));
         if !fits {
-            let message = "'fillet' is given two surfaces of the body and a radius";
-            return self.fail(Diagnostic::new(Code::Arguments, span, message).hint(HOW));
+            let message = format!("'{}' is given two surfaces of the body and a {}", blend.name(), blend.size());
+            return self.fail(Diagnostic::new(Code::Arguments, span, message).hint(blend.how()));
         }
         let mut statements = Vec::new();
         let whole = self.keep(body, &mut statements);
-        let first = self.surface_of(&whole, named, &args[0].value);
-        let second = self.surface_of(&whole, named, &args[1].value);
-        let (Some((first, a)), Some((second, b))) = (first, second) else { return error(span) };
-        if first == second {
-            let message = format!("an edge is between two surfaces, but both of these are '{}'", text_of(&first));
-            return self.fail(Diagnostic::new(Code::Arguments, args[1].value.span, message));
+        let [first, second] = [0, 1].map(|i| self.surfaces_of(blend, &whole, named, &args[i].value));
+        let (Some(first), Some(second)) = (first, second) else { return error(span) };
+        let mut edges = Vec::new();
+        for (a, of_a) in &first {
+            for (b, of_b) in &second {
+                if a == b {
+                    let message = format!("an edge is between two surfaces, but both of these are '{}'", text_of(a));
+                    return self.fail(Diagnostic::new(Code::Arguments, args[1].value.span, message));
+                }
+                let sides = [of_a, of_b].into_iter().flat_map(|side| [0, 2].map(|i| element(side.clone(), i)));
+                edges.push(self.make_tuple(sides.collect(), span));
+            }
         }
-        let radius = self.expr(&args[2].value);
-        if radius.ty.is_error() {
+        let size = self.expr(&args[2].value);
+        if size.ty.is_error() {
             return error(span);
         }
-        let given = vec![whole.clone(), element(a.clone(), 0), element(a, 2), element(b.clone(), 0), element(b, 2)];
-        let given = given.into_iter().chain([radius]).collect();
-        let rounded = self.call_of(MODULE, "_rounded", given, span);
-        if rounded.ty.is_error() {
+        let edges = self.make_tuple(edges, span);
+        let blended = self.call_of(MODULE, blend.function(), vec![whole.clone(), edges, size], span);
+        if blended.ty.is_error() {
             return error(span);
         }
-        let rounded = self.keep(rounded, &mut statements);
-        let solid = self.with_fillet(&whole, &rounded, span);
+        let blended = self.keep(blended, &mut statements);
+        let solid = self.with_blends(blend, &whole, &blended, span);
         super::bindings::wrap(statements, solid, span)
     }
 
-    /// The body with what is left of its surfaces, and one more fillet.
-    fn with_fillet(&mut self, body: &Expr, rounded: &Expr, span: Span) -> Expr {
-        let [inside, left, new] = [0, 2, 3].map(|i| element(rounded.clone(), i));
+    /// The sides of the surface that a path names, or of those of an array of paths.
+    fn surfaces_of(
+        &mut self,
+        blend: Blend,
+        body: &Expr,
+        named: Option<&str>,
+        paths: &'a ast::Expr,
+    ) -> Option<Vec<(Vec<Step>, Expr)>> {
+        match &paths.kind {
+            ast::ExprKind::Array(paths) if !paths.is_empty() => {
+                paths.iter().map(|path| self.surface_of(blend, body, named, path)).collect()
+            }
+            _ => Some(vec![self.surface_of(blend, body, named, paths)?]),
+        }
+    }
+
+    /// The body with what is left of its surfaces, and its new fillets or chamfers.
+    fn with_blends(&mut self, blend: Blend, body: &Expr, blended: &Expr, span: Span) -> Expr {
+        let [inside, left, new] = [0, 2, 3].map(|i| element(blended.clone(), i));
         let Type::Record(fields) = &left.ty else { return error(span) };
         let mut surfaces: Vec<(Arc<str>, Expr)> = Vec::new();
-        let mut fillets = Vec::new();
+        let mut blends = Vec::new();
         for (i, (name, ty)) in fields.iter().enumerate() {
             let surface = element(left.clone(), i);
             match ty {
-                Type::Tuple(types) if &**name == FILLETS => {
-                    fillets.extend((0..types.len()).map(|k| element(surface.clone(), k)));
+                Type::Tuple(types) if &**name == blend.name() => {
+                    blends.extend((0..types.len()).map(|k| element(surface.clone(), k)));
                 }
-                _ if &**name == FILLETS => {
-                    let message = "a surface of this body is called 'fillet', as the new ones would be";
+                _ if &**name == blend.name() => {
+                    let message = format!("a surface of this body is called '{name}', as the new ones would be");
                     let error = Diagnostic::new(Code::DuplicateName, span, message);
                     return self.fail(error.hint("give it another name: body + {round: ...}"));
                 }
                 _ => surfaces.push((name.clone(), surface)),
             }
         }
-        fillets.push(new);
-        surfaces.push((FILLETS.into(), self.make_tuple(fillets, span)));
+        blends.extend((0..new.ty.count()).map(|k| element(new.clone(), k)));
+        surfaces.push((blend.name().into(), self.make_tuple(blends, span)));
         self.solid_of(inside, element(body.clone(), 1), surfaces, span)
     }
 
     /// The side of the surface of a body that a path names, with its steps.
-    fn surface_of(&mut self, body: &Expr, named: Option<&str>, path: &'a ast::Expr) -> Option<(Vec<Step>, Expr)> {
+    fn surface_of(
+        &mut self,
+        blend: Blend,
+        body: &Expr,
+        named: Option<&str>,
+        path: &'a ast::Expr,
+    ) -> Option<(Vec<Step>, Expr)> {
         let Some(mut steps) = self.steps_of(path) else {
             let message = "an edge is given by the names of two surfaces of the body";
-            self.report(Diagnostic::new(Code::Arguments, path.span, message).hint(HOW));
+            self.report(Diagnostic::new(Code::Arguments, path.span, message).hint(blend.how()));
             return None;
         };
         let has = |name: &str| matches!(&body.ty, Type::Record(fields) if fields.iter().any(|(n, _)| &**n == name));
@@ -150,7 +228,10 @@ impl<'a> Checker<'a> {
         let Some(side) = side.filter(|side| is_solid(&side.ty)) else {
             let message = format!("nothing says how '{text}' goes on beyond its borders");
             let error = Diagnostic::new(Code::Arguments, path.span, message);
-            self.report(error.hint("'rolling_fillet' of std.fillet may round this edge"));
+            self.report(match blend {
+                Blend::Fillet => error.hint("'rolling_fillet' of std.fillet may round this edge"),
+                Blend::Chamfer => error,
+            });
             return None;
         };
         Some((steps, side))
@@ -191,7 +272,7 @@ impl<'a> Checker<'a> {
                 format!("there are {}", names.join(", "))
             }
             Type::Array(..) | Type::Tuple(_) => format!("it has {}, counted from 0: {group}[0]", ty.count()),
-            _ => HOW.to_owned(),
+            _ => format!("'{group}' is a surface"),
         }
     }
 }

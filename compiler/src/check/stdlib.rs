@@ -32,7 +32,7 @@ pub(crate) fn names(text: &'static str) -> impl Iterator<Item = &'static str> {
 
 /// The module that a script with a name in it needs: the one that defines it, or that a built-in function calls.
 pub(super) fn needed_by(name: &str) -> Option<usize> {
-    if name == super::edges::FILLETS {
+    if super::edges::Blend::named(name).is_some() {
         return MODULES.iter().position(|(module, _)| *module == super::edges::MODULE);
     }
     module_of(name)

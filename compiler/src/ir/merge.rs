@@ -11,6 +11,13 @@ use crate::source::Span;
 use foldhash::fast::RandomState;
 use std::hash::{BuildHasher, Hash, Hasher};
 
+/// Lets operations name the same function where they name equal ones, in the roots and in all that these reach. Parts
+/// of a body are lowered each for itself, and so are the loops of what they have in common.
+pub(crate) fn merge_named(module: &mut Module, roots: &[FunctionId]) {
+    merge_equal(module, roots);
+    super::validate::after_pass(module, "merge");
+}
+
 /// For each root the function that stands for it: the first of those that are equal except for names. Places in the
 /// source count, and the functions that they name are merged likewise.
 fn merge_equal(module: &mut Module, roots: &[FunctionId]) -> Vec<FunctionId> {

@@ -15,7 +15,7 @@ use crate::ir::hash::HashMap;
 use crate::ir::hoist::grid::{GridSplit, split_grid};
 use crate::ir::hoist::prelude::split_all;
 use crate::ir::keep::{erase, keep_of};
-use crate::ir::merge::merge_bodies;
+use crate::ir::merge::{merge_bodies, merge_named};
 use crate::ir::reassociate::reassociate;
 use crate::ir::separable::decompose;
 use crate::ir::{self, FunctionId, LoweredModel, Module, Parameter, ParameterFunction, SizeError, SizeLimits, lower};
@@ -120,6 +120,7 @@ fn model_functions(
     roots.extend(tolerances.iter().flatten());
     roots.extend(measures.iter().flat_map(|m| [Some(m.value), m.limits]).flatten());
 
+    merge_named(&mut module, &roots);
     // Derivatives that the script takes become functions; calls what they call.
     diff::expand(&mut module, &roots)?;
     ir::inline(&mut module, &roots)?;
@@ -134,6 +135,7 @@ fn model_functions(
         .iter()
         .map(|s| ParameterFunction { function: decompose(&mut module, s.function, s.params.len()), ..s.clone() })
         .collect();
+    merge_named(&mut module, &decomposed.iter().map(|s| s.function).collect::<Vec<_>>());
     // The prelude has all that depends on the parameters alone; bodies the rest, one for parts that are alike.
     let count = params.len();
     let mut split = split_all(&mut module, params, &decomposed);

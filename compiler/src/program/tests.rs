@@ -4,6 +4,7 @@ mod trimmed;
 
 use super::{Compilation, EmitStage, Options, Order, Program, Sites, compile};
 use crate::ir::FunctionId;
+use crate::jit::Limits;
 use crate::source::{NoFiles, SourceFile};
 use crate::workers::Workers;
 use std::collections::BTreeSet;
@@ -27,6 +28,21 @@ fn pegs(count: usize) -> String {
            part around = cylinder(r, h).translate(polar(ring, (i + 0.3) * 1turn / {count}, 0mm))\n
          }}\n}}"
     )
+}
+
+/// Each part is lowered for itself, with the loop that its function's values need; the prelude has that loop once.
+#[test]
+fn what_parts_have_in_common_loops_once() {
+    let parts: String = (0..8).map(|i| format!("part p{i} = shape(a, {i}mm)\n")).collect();
+    let shape = "fn shape(a: real, x: length) {
+        let sums = {up: loop(a, 1000, |s, i| s + sin(s * 1rad)), down: loop(a, 1000, |s, i| s - sin(s * 1rad))}
+        |u: real, v: real| (x + u * sums.up * 1mm, v * sums.down * 1mm, x)
+    }";
+    let text = format!("{shape}\nmodel m {{ param a: real = 1\n {parts} }}");
+    let script = SourceFile { name: "test.gml".to_owned(), text };
+    let options = Options { limits: Limits { steps: 3000, ..Limits::default() }, ..Options::default() };
+    let Compilation { program, .. } = compile(script, &NoFiles, &options).unwrap_or_else(|failed| panic!("{failed}"));
+    program.instantiate(&[1.0]).unwrap_or_else(|failed| panic!("{failed}"));
 }
 
 fn jacobians(program: &Program) -> usize {
