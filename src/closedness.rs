@@ -96,8 +96,17 @@ pub(crate) fn near(open: &OpenBorder) -> String {
 /// Whether the parts enclose something, in a line.
 pub(crate) fn line(program: &Program, closedness: &Closedness) -> String {
     const MOST: usize = 8;
+    if program.parts().is_empty() {
+        return "the model has no parts\n".to_owned();
+    }
     if closedness.is_empty {
         return "nothing is left of the model: `-` takes all of it away, or `&` has nothing in common\n".to_owned();
+    }
+    if let Some(flat) = closedness.flat.first().filter(|_| closedness.open.is_empty()) {
+        let name = &program.parts()[*flat].name;
+        return format!(
+            "flat: the borders of all parts meet, but those of '{name}' and its neighbours enclose nothing\n"
+        );
     }
     if closedness.is_closed() {
         return "closed: the borders of all parts meet\n".to_owned();

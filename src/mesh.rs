@@ -7,11 +7,12 @@ use crate::outputs;
 use crate::picture::{self, Framing};
 use crate::progress::TerminalProgress;
 use crate::script::{Valued, compile_valued};
+use crate::table;
 use gml_compiler::program::Program;
 use gml_runtime::export::mesh::MeshFormat;
 use gml_runtime::export::scan::{Recorded, ScanFormat};
 use gml_runtime::mesh::TriangleMesh;
-use gml_runtime::model::{Atlas, Fineness, Instance, Model, Motion, OpenBorder, Passages, Tessellation};
+use gml_runtime::model::{Atlas, Faults, Fineness, Instance, Model, Motion, OpenBorder, Passages, Tessellation};
 use gml_runtime::scan::{Attributes, Unit};
 use serde_json::json;
 
@@ -105,7 +106,9 @@ fn write_surface(
     outputs::write_scan(&args.output, &recorded, ScanFormat::Mesh(format))?;
     let mut warnings = warnings(&tessellation, chord, format, passages.map(|passages| passages.sentence()));
     if program.is_trimmed() {
-        warnings.extend(gap(program, mesh));
+        let faults = Faults::of_mesh(mesh);
+        warnings.extend(gap(program, mesh, &faults.open));
+        warnings.extend(fold(program, &faults.against));
     }
     let vertices = mesh.position_numbers().into_iter().max().map_or(0, |last| last + 1);
     let (triangles, parts) = (mesh.triangles.len(), mesh.groups.len());
@@ -130,8 +133,7 @@ fn widest<'o>(all: &[&'o OpenBorder]) -> Option<&'o OpenBorder> {
 }
 
 /// A sentence on the gaps between trimmed parts, or on where one ends that nothing meets.
-fn gap(program: &Program, mesh: &TriangleMesh) -> Option<String> {
-    let open = OpenBorder::of_mesh(mesh);
+fn gap(program: &Program, mesh: &TriangleMesh, open: &[OpenBorder]) -> Option<String> {
     let short = SHORT * mesh.bounds().diagonal();
     let is_gap = |open: &&OpenBorder| open.beside.is_some() || open.length < short;
     let ends = |open: &&OpenBorder| !is_gap(open) && Model::keep(program, open.patch).is_some();
@@ -143,8 +145,9 @@ fn gap(program: &Program, mesh: &TriangleMesh) -> Option<String> {
             Some(beside) => format!("between '{}' and '{}'", name(widest.patch), name(beside)),
             None => format!("in '{}'", name(widest.patch)),
         };
+        let mend = if widest.length < short { "; another --chord may close it" } else { "" };
         return Some(format!(
-            "the mesh is not closed: {place}{} is a gap ({:.3} mm of border in all); another --chord may close it",
+            "the mesh is not closed: {place}{} is a gap ({:.3} mm of border in all){mend}",
             near(widest),
             length(&gaps),
         ));
@@ -198,4 +201,15 @@ fn kind(args: &MeshArgs) -> Result<Kind, CommandError> {
     }
     let named = args.format.as_deref().and_then(MeshFormat::named);
     outputs::format_of(&args.output, named, MeshFormat::of, ".obj, .ply, .stl or .png").map(Kind::Mesh)
+}
+
+/// A sentence on triangles that run against their neighbours.
+fn fold(program: &Program, against: &[(usize, [f64; 3])]) -> Option<String> {
+    let (patch, at) = against.first()?;
+    Some(format!(
+        "the mesh has folds: near {} triangles of '{}' run against each other, at {} edges in all; another --chord may mend it",
+        table::place(*at),
+        program.parts()[*patch].name,
+        against.len(),
+    ))
 }

@@ -245,3 +245,9 @@ fn f(x) -> x + 1
 let a = 5!
 // --- a number with a plus
 let a = +3
+// --- the whole quotient of Python
+model m {
+  param r: length = 3mm
+  let half = floor(7 // 2)
+  part p = sphere(r * half)
+}

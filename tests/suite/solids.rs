@@ -1,7 +1,7 @@
 //! Solids by the built command: their meshes are closed, their virtual scans lie on them, and fits and measurements see
 //! what is there of them.
 
-use crate::support::{fails, gmlc, gmlc_in, json};
+use crate::support::{fails, gmlc, gmlc_in, json, root};
 use serde_json::Value;
 use std::collections::HashMap;
 use std::f64::consts::PI;
@@ -108,6 +108,22 @@ fn a_fit_recovers_the_holes_of_a_plate_and_a_measurement_sees_what_is_there() {
     assert!((top / truth - 1.0).abs() < 2e-3, "{top}, not {truth}");
 }
 
+/// The handle of the mug depends on the wall where it ends: also its points far from there say so, with a slope of
+/// zero, or sums over points of several chunks would mix parameters.
+#[test]
+fn a_fit_of_a_mug_has_standard_deviations() {
+    let folder = tempdir().expect("a folder");
+    let mug = root().join("examples/mug/mug.gml").display().to_string();
+    gmlc(folder.path(), &["scan", &mug, "--seed", "3", "-o", "mug.ply"]);
+    gmlc(folder.path(), &["fit", &mug, "mug.ply", "-o", "fit.json"]);
+    let fit: Value =
+        serde_json::from_str(&fs::read_to_string(folder.path().join("fit.json")).expect("it is there")).expect("JSON");
+    for (name, truth, most) in [("foot", 40.0, 0.01), ("height", 80.0, 0.04), ("reach_top", 70.0, 0.5)] {
+        let (value, sd) = estimate(&fit, name);
+        assert!(sd < most && (value - truth).abs() < 5.0 * sd, "{name}: {value} +- {sd}");
+    }
+}
+
 #[test]
 fn a_plate_does_not_differ_from_itself() {
     let folder = tempdir().expect("a folder");
@@ -177,6 +193,38 @@ fn a_model_of_which_nothing_is_left_is_not_closed() {
         let check = gmlc(folder.path(), &["check", "nothing.gml"]);
         assert!(check.contains("nothing is left of the model") && !check.contains("closed:"), "{check}");
     }
+}
+
+#[test]
+fn bodies_that_enclose_nothing_are_not_closed() {
+    let folder = tempdir().expect("a folder");
+    for (body, said) in [
+        ("part b = capped_cylinder(radius: 5mm, height: 0mm)", "enclose nothing"),
+        ("part b = box().scale(0)", "enclose nothing"),
+        ("part b = union([])", "the model has no parts"),
+    ] {
+        let script = format!("use std.solid (box, capped_cylinder, union)\nmodel m {{ {body} }}\n");
+        fs::write(folder.path().join("flat.gml"), script).expect("written");
+        let check = gmlc(folder.path(), &["check", "flat.gml"]);
+        assert!(check.contains(said) && !check.contains("closed:"), "{check}");
+        let check = gmlc(folder.path(), &["check", "flat.gml", "--json"]);
+        assert!(check.contains("\"closed\": false"), "{check}");
+    }
+    // A sheet of a micrometre is none of them.
+    assert_eq!(checked("model m { part b = box(width: 1m, depth: 1m, height: 0.001mm) }\n", &[])["closed"], true);
+}
+
+/// What the library refuses is said at the user's line.
+#[test]
+fn what_the_library_requires_is_said_of_the_part() {
+    let folder = tempdir().expect("a folder");
+    let script =
+        "model m {\n  param w: length in 1mm..20m = 5mm\n  part a = box(height: w)\n  part b = box(width: 10.5m)\n}\n";
+    fs::write(folder.path().join("m.gml"), script).expect("written");
+    let errors = fails(folder.path(), &["check", "m.gml"], 1);
+    assert!(errors.contains("m.gml:4:3") && errors.contains("in part b.top"), "{errors}");
+    let errors = fails(folder.path(), &["check", "m.gml", "-p", "w=11m"], 1);
+    assert!(errors.contains("m.gml:3:3") && errors.contains("in part a.top"), "{errors}");
 }
 
 #[test]
@@ -431,6 +479,18 @@ fn a_mesh_with_gaps_says_so() {
     let output = gmlc_in(folder.path(), &["mesh", "cross.gml", "-o", "cross.stl"]);
     let said = String::from_utf8(output.stderr).expect("text");
     assert!(said.contains("the mesh is not closed: between 'body.wall' and 'body.bar."), "{said}");
+}
+
+/// Sides of an outline that cross leave long gaps, which no finer triangles close.
+#[test]
+fn gaps_that_are_long_are_not_said_to_close() {
+    let folder = tempdir().expect("a folder");
+    let script =
+        "model m { part b = extruded([(0mm, 0mm), (20mm, 0mm), (20mm, 9mm), (8mm, -5mm), (0mm, 9mm)], 5mm) }\n";
+    fs::write(folder.path().join("m.gml"), script).expect("written");
+    let output = gmlc_in(folder.path(), &["mesh", "m.gml", "-o", "m.stl"]);
+    let said = String::from_utf8(output.stderr).expect("text");
+    assert!(said.contains("the mesh is not closed") && !said.contains("--chord"), "{said}");
 }
 
 #[test]

@@ -7,7 +7,7 @@ use super::pipeline::BuildError;
 use super::{Order, Program};
 use crate::ir::interpret::RunError;
 use crate::ir::scalar::Scalar;
-use crate::ir::{FunctionId, Module, Requirement, interpret};
+use crate::ir::{Failure, FunctionId, Module, Requirement, interpret};
 use crate::jit::Trap;
 use crate::source::Span;
 use std::fmt::Write as _;
@@ -91,7 +91,8 @@ impl Program {
         match trap {
             Trap::Failure(id) => {
                 let failure = &self.functions.module.failures[id.0 as usize];
-                self.error(Some(failure.span), &failure.message, place, None)
+                let place = Place { patch: place.patch.or_else(|| self.part_that_fails(failure, place.x)), ..*place };
+                self.error(Some(failure.span), &failure.message, &place, None)
             }
             Trap::Steps => {
                 let message = format!("the evaluation takes more than {} steps (see --limit steps)", self.limits.steps);
@@ -105,6 +106,20 @@ impl Program {
                 self.error(self.span_of(place), &message, place, None)
             }
         }
+    }
+
+    /// The first part in which something fails that the library requires: its statement is the user's, and the failure
+    /// may be one of what all parts have in common.
+    fn part_that_fails(&self, failure: &Failure, x: &[f64]) -> Option<usize> {
+        if !failure.span.file.is_library() {
+            return None;
+        }
+        let limits = interpret::Limits { steps: REPLAYED_STEPS, ..interpret::Limits::default() };
+        self.functions.parts.iter().position(|part| {
+            let arguments = part.surface.arguments(x, &[0.5, 0.5]);
+            let run = interpret::run_real(&self.functions.module, part.surface.function, &arguments, limits);
+            matches!(run, Err(RunError::Failed(id)) if self.functions.module.failures[id.0 as usize] == *failure)
+        })
     }
 
     /// The loop or call that meets a limit: the interpreter goes the same way until it meets one. Else the part.

@@ -307,7 +307,17 @@ impl<'t> Layout<'t> {
         let Some(bracket) = self.open.pop() else { return };
         let span = spanned(self.file, bracket.start, bracket.end);
         let text = &self.text[bracket.start as usize..bracket.end as usize];
-        self.diagnostics.push(Diagnostic::new(Code::UnclosedBracket, span, format!("'{text}' is never closed")));
+        let mut error = Diagnostic::new(Code::UnclosedBracket, span, format!("'{text}' is never closed"));
+        let line = self.text[bracket.end as usize..].lines().next().unwrap_or_default();
+        let closing = match text {
+            "(" => ')',
+            "[" => ']',
+            _ => '}',
+        };
+        if line.split_once("//").is_some_and(|(_, comment)| comment.contains(closing)) {
+            error = error.hint("`//` begins a comment, in which it is closed; a whole quotient is floor(a / b)");
+        }
+        self.diagnostics.push(error);
         if let Some(token) = bracket.token.closer() {
             let at = self.out.last().map_or(at, |l| l.end);
             self.out.push(Lexeme { token, start: at, end: at });

@@ -19,10 +19,12 @@ pub struct Closedness {
     pub inside_out: Vec<usize>,
     /// Those of them that belong to closed bodies: there the volume says which side is out, whatever is written.
     pub inverted: Vec<usize>,
-    /// Nothing is left of the model: all of its parts are trimmed away.
+    /// Nothing is left of the model: it has no parts, or all of them are trimmed away.
     pub is_empty: bool,
     /// Parts (patches) of which nothing is left, of a model with trimmed ones.
     pub gone: Vec<usize>,
+    /// The parts (patches) of bodies whose borders meet, but which enclose nothing, as a cylinder of no height.
+    pub flat: Vec<usize>,
 }
 
 /// A piece of border that no other border coincides with.
@@ -43,11 +45,21 @@ pub struct OpenBorder {
     pub touches: bool,
 }
 
-impl OpenBorder {
-    /// The open borders of a mesh with normals whose groups are patches.
+/// Where a mesh is not closed, or does not have one outer side.
+#[derive(Clone, Debug, Default)]
+pub struct Faults {
+    /// Pieces of border that no other border coincides with.
+    pub open: Vec<OpenBorder>,
+    /// The patches, and the places, at which triangles of one patch run against each other.
+    pub against: Vec<(usize, [f64; 3])>,
+}
+
+impl Faults {
+    /// Those of a mesh with normals whose groups are patches.
     #[must_use]
-    pub fn of_mesh(mesh: &TriangleMesh) -> Vec<Self> {
-        joined(mesh).1
+    pub fn of_mesh(mesh: &TriangleMesh) -> Self {
+        let (_, open, against) = joined(mesh);
+        Self { open, against: against.into_iter().map(|(patch, at)| (patch, at.to_array())).collect() }
     }
 }
 
@@ -83,7 +95,7 @@ impl Closedness {
             let fineness = Fineness { chord: CHORD * borders.diagonal(), ..Fineness::default() };
             Ok(Tessellation::new(model, instance, fineness)?.mesh)
         };
-        Self::of_joints(&joints, open, mesh)
+        Ok(Self { is_empty: axes.is_empty(), ..Self::of_joints(&joints, open, mesh)? })
     }
 
     /// The same where the triangles of [`Self::tessellation`] are at hand.
@@ -121,10 +133,13 @@ impl Closedness {
 
     /// The same of some parts alone, by the edges of their triangles.
     pub(crate) fn of_parts(mesh: &TriangleMesh) -> Result<Self, EvaluationError> {
-        let (joints, open) = joined(mesh);
+        let (joints, open, _) = joined(mesh);
         let is_empty = mesh.triangles.is_empty();
         let gone = (0..).zip(&mesh.groups).filter(|(_, group)| group.start == group.end).map(|(patch, _)| patch);
-        Ok(Self { is_empty, gone: gone.collect(), ..Self::of_joints(&joints, open, || Ok(mesh.clone()))? })
+        let mut closedness =
+            Self { is_empty, gone: gone.collect(), ..Self::of_joints(&joints, open, || Ok(mesh.clone()))? };
+        closedness.flat.retain(|patch| closedness.gone.binary_search(patch).is_err());
+        Ok(closedness)
     }
 
     /// Which parts are inside out, by how they are joined; `mesh` makes triangles whose volume is asked for.
@@ -148,6 +163,10 @@ impl Closedness {
         }
         if !closed.is_empty() {
             let mesh = mesh()?;
+            for body in closed.iter().filter(|body| is_flat(&mesh, body)) {
+                closedness.flat.extend(body.iter().map(|(patch, _)| *patch));
+            }
+            closedness.flat.sort_unstable();
             for (body, outwards) in closed.iter().zip(outwards(&mesh, &closed)) {
                 let contrary: Vec<usize> = body.iter().filter(|(_, t)| *t == outwards).map(|(p, _)| *p).collect();
                 if contrary.len() == body.len() {
@@ -164,7 +183,7 @@ impl Closedness {
     /// Whether the parts enclose something.
     #[must_use]
     pub fn is_closed(&self) -> bool {
-        self.open.is_empty() && !self.is_empty
+        self.open.is_empty() && self.flat.is_empty() && !self.is_empty
     }
 }
 
@@ -187,13 +206,35 @@ fn open_borders(instance: &dyn Instance, borders: &Borders) -> Result<Vec<OpenBo
     Ok(open)
 }
 
+/// The triangles of a patch of a body, and -1 where they are turned against the body's first patch.
+fn triangles_of(mesh: &TriangleMesh, (patch, turned): (usize, bool)) -> impl Iterator<Item = (&[u32; 3], f64)> {
+    let sign = if turned { -1.0 } else { 1.0 };
+    mesh.triangles[mesh.groups[patch].start..mesh.groups[patch].end].iter().map(move |t| (t, sign))
+}
+
+/// The volume of a closed body for each square millimetre of its area, as a part of its extent, below which it is flat:
+/// far above rounding, and far below the thinnest sheet that is meant (a micrometre of ten metres is 1e-7).
+const FLAT: f64 = 1e-10;
+
+/// Whether a closed body encloses nothing.
+fn is_flat(mesh: &TriangleMesh, body: &[(usize, bool)]) -> bool {
+    let triangles = || body.iter().flat_map(|patch| triangles_of(mesh, *patch));
+    let Some((first, _)) = triangles().next() else { return true };
+    let at = mesh.corners(*first)[0];
+    let (mut volume, mut area, mut extent) = (0.0, 0.0, 0.0_f64);
+    for (t, sign) in triangles() {
+        let corners = mesh.corners(*t).map(|p| p - at);
+        volume += sign * tetrahedron(corners);
+        area += (corners[1] - corners[0]).cross(corners[2] - corners[0]).length() / 2.0;
+        extent = corners.iter().fold(extent, |extent, p| extent.max(p.length()));
+    }
+    volume.abs() <= FLAT * area * extent
+}
+
 /// Of closed bodies, by their patches and whether these are turned against the first one, whether the first one's outer
 /// side is the body's: whether they enclose a positive volume, or are a cavity in the others.
 fn outwards(mesh: &TriangleMesh, bodies: &[Vec<(usize, bool)>]) -> Vec<bool> {
-    let triangles = |(patch, turned): &(usize, bool)| {
-        let sign = if *turned { -1.0 } else { 1.0 };
-        mesh.triangles[mesh.groups[*patch].start..mesh.groups[*patch].end].iter().map(move |t| (t, sign))
-    };
+    let triangles = |patch: &(usize, bool)| triangles_of(mesh, *patch);
     let is_outwards = |(k, body): (usize, &Vec<(usize, bool)>)| {
         let Some((first, _)) = body.iter().flat_map(triangles).next() else { return true };
         // About a point of the body: far from the origin digits would be lost.

@@ -116,9 +116,9 @@ impl Rim {
     }
 }
 
-/// How the patches of a mesh with normals meet at the edges of its triangles, and the edges without a neighbour, by
-/// patch.
-pub(super) fn joined(mesh: &TriangleMesh) -> (Joints, Vec<OpenBorder>) {
+/// How the patches of a mesh with normals meet at the edges of its triangles, the edges without a neighbour, by patch,
+/// and the middles of those within a patch whose triangles run against each other.
+pub(super) fn joined(mesh: &TriangleMesh) -> (Joints, Vec<OpenBorder>, Vec<(usize, DVec3)>) {
     let number = mesh.position_numbers();
     let mut sides: HashMap<[u32; 2], Vec<(usize, [u32; 2])>> = HashMap::new();
     for (patch, group) in mesh.groups.iter().enumerate() {
@@ -143,8 +143,12 @@ pub(super) fn joined(mesh: &TriangleMesh) -> (Joints, Vec<OpenBorder>) {
         let normal = DVec3::from_array(mesh.normals[ends[0] as usize]);
         Rim { patch, ends: ends.map(position), normal }
     };
+    let mut against = Vec::new();
     for (_, of_edge) in edges {
         match of_edge[..] {
+            [(a, first), (b, second)] if a == b && forth(first) == forth(second) => {
+                against.push((a, 0.5 * (position(first[0]) + position(first[1]))));
+            }
             [(a, first), (b, second)] if a != b => {
                 let length = position(first[0]).distance(position(first[1]));
                 joints.add(a, b, forth(first) != forth(second), length);
@@ -156,7 +160,7 @@ pub(super) fn joined(mesh: &TriangleMesh) -> (Joints, Vec<OpenBorder>) {
         }
     }
     let borders = (0..open.len()).filter_map(|patch| border(&open, &shared, patch)).collect();
-    (joints, borders)
+    (joints, borders, against)
 }
 
 /// The edges of a patch that have no neighbour, as one border.

@@ -28,7 +28,7 @@ pub(crate) use breaks::spans;
 pub use breaks::{Break, BreakKind, Breaks};
 pub use charts::{ChartMap, surface_coordinates};
 pub(crate) use closed::CHORD_OF_THIN;
-pub use closed::{Closedness, OpenBorder};
+pub use closed::{Closedness, Faults, OpenBorder};
 pub(crate) use divided::divided;
 pub use gml_compiler::program::{EvaluationError, Order, Sites};
 pub use material::{Material, Standing};

@@ -106,6 +106,7 @@ impl Grid {
             let square = vec![0.0; if self.leverages { columns.len() * columns.len() } else { 0 }];
             self.blocks.push(Block { key, columns: columns.to_vec(), sum: vec![0.0; columns.len()], square });
         }
+        debug_assert_eq!(self.blocks[number].columns, columns, "a block is of one patch, whose rows are alike");
         &mut self.blocks[number]
     }
 }

@@ -106,25 +106,27 @@ impl<'o> AllRows<'o> {
 
 /// The derivatives of where a trimmed patch is there, at feet on its edge.
 struct Edges<'m> {
-    /// Parameters, ascending; none where no foot is on an edge.
+    /// Parameters, ascending; those of a patch, whether its feet are on an edge or not, so that all of its rows have the
+    /// same columns.
     active: &'m [u32],
+    /// Empty where no foot is on an edge.
     jacobian: Vec<f64>,
 }
 
 impl<'m> Edges<'m> {
     /// None where the function of what is there cannot be evaluated.
     fn new(objective: &Objective<'m>, instance: &dyn Instance, patch: usize, feet: &[Foot]) -> Option<Self> {
-        let Some(keep) = objective.edge(patch, feet) else { return Some(Self { active: &[], jacobian: Vec::new() }) };
         let active = objective.space.model.keep_active(patch);
+        let Some(keep) = objective.edge(patch, feet) else { return Some(Self { active, jacobian: Vec::new() }) };
         let (u, v): (Vec<f64>, Vec<f64>) = feet.iter().map(|f| (f.uv[0], f.uv[1])).unzip();
         let mut jacobian = vec![0.0; feet.len() * active.len() * 3];
         instance.jacobian(keep, &u, &v, &mut jacobian).ok()?;
         Some(Self { active, jacobian })
     }
 
-    /// Three numbers for every parameter, of which the first counts.
-    fn slopes(&self, foot: usize) -> &[f64] {
-        &self.jacobian[foot * self.active.len() * 3..]
+    /// The slope at a foot by the parameter of a rank among those that are active.
+    fn slope(&self, foot: usize, rank: usize) -> f64 {
+        self.jacobian.get((foot * self.active.len() + rank) * 3).copied().unwrap_or(0.0)
     }
 }
 
@@ -188,7 +190,7 @@ impl Objective<'_> {
             let hold = if away == foot.normal.normalize_or_zero() { 0.0 } else { foot.hold / distance };
             jacobian.extend(places.iter().map(|(of_surface, of_edge)| {
                 let surface = of_surface.map_or(0.0, |a| away.dot(DVec3::from_slice(&slopes[3 * a..])));
-                -surface - of_edge.map_or(0.0, |a| hold * edges.slopes(i)[3 * a])
+                -surface - of_edge.map_or(0.0, |a| hold * edges.slope(i, a))
             }));
             if self.space.moving {
                 let turn = (foot.point - self.space.centre).cross(away);
