@@ -132,7 +132,8 @@ impl Checked {
         if let Some(program) = &self.program {
             let reported: Vec<Span> = self.diagnostics.iter().map(|d| d.span).collect();
             self.diagnostics.extend(program.probe().into_iter().filter(|d| !reported.contains(&d.span)));
-            self.closedness = match closedness::of(program, &self.values) {
+            let found = closedness::of(program, &self.values).map_err(|error| program.placed(error, &self.values));
+            self.closedness = match found {
                 Err(error) if self.given => return Err(CommandError::failed(error)),
                 Err(error) => {
                     // Unless the probe has found it, at other places.

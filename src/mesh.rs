@@ -49,7 +49,7 @@ enum Kind {
 pub(crate) fn write_model(args: &MeshArgs, program: &Program, x: &[f64], motion: &Motion) -> Result<(), CommandError> {
     let kind = kind(args)?;
     outputs::require_apart_from_scripts(&args.output, program)?;
-    let instance = Model::instantiate(program, x).map_err(CommandError::failed)?;
+    let instance = Model::instantiate(program, x).map_err(|error| CommandError::failed(program.placed(error, x)))?;
     let chord = match (args.chord, &kind) {
         (Some(chord), _) => chord,
         (None, Kind::Picture(framing)) => framing.chord(program, &*instance).map_err(CommandError::failed)?,
@@ -207,7 +207,8 @@ fn kind(args: &MeshArgs) -> Result<Kind, CommandError> {
 fn fold(program: &Program, against: &[(usize, [f64; 3])]) -> Option<String> {
     let (patch, at) = against.first()?;
     Some(format!(
-        "the mesh has folds: near {} triangles of '{}' run against each other, at {} edges in all; another --chord may mend it",
+        "the mesh has folds: near {} triangles of '{}' run against their neighbours, at {} edges in all; another --chord may \
+         mend it",
         table::place(*at),
         program.parts()[*patch].name,
         against.len(),

@@ -115,7 +115,7 @@ pub(crate) fn scan_script(
     motion: Motion,
     progress: &dyn Progress,
 ) -> Result<VirtualScan, CommandError> {
-    let instance = Model::instantiate(program, x).map_err(CommandError::failed)?;
+    let instance = Model::instantiate(program, x).map_err(|error| CommandError::failed(program.placed(error, x)))?;
     // A spacing that takes too many rays would take too many triangles first: coarse ones tell the size.
     let coarse = Fineness { chord: f64::INFINITY, max_segments: 16, ..Fineness::default() };
     let coarse = Tessellation::with_progress(program, &*instance, coarse, progress).map_err(CommandError::failed)?;

@@ -193,7 +193,7 @@ fn _rounded(body, edges, radius: length) {
   require radius > 0mm, "the radius of a fillet is positive"
   let filled = inside(body)
   let blends = for edge in edges {
-    let pair = _pair(edge, radius, false)
+    let pair = _pair(edge, radius, false, 0mm)
     _blend(pair, filled, _edge_of(pair, filled))
   }
   _blended(body, filled, blends, |across, ends| {
@@ -210,9 +210,9 @@ fn _chamfered(body, edges, size: length) {
   require size > 0mm, "the size of a chamfer is positive"
   let filled = inside(body)
   let blends = for edge in edges {
-    let run = _edge_of(_pair(edge, size, true), filled)
+    let run = _edge_of(_pair(edge, size, true, 0mm), filled)
     let radius = size * sqrt((1 + run.cosine) / (1 - run.cosine))
-    _blend(_pair(edge, radius, true), filled, run)
+    _blend(_pair(edge, radius, true, radius * (1 - run.cosine)), filled, run)
   }
   _blended(body, filled, blends, |across, ends| {
     flat: across[0],
@@ -222,14 +222,16 @@ fn _chamfered(body, edges, size: length) {
   })
 }
 
-/// Two surfaces with a ball between them.
-fn _pair(edge, radius: length, flat: bool) = {
+/// Two surfaces with a ball between them, and how far the places that it touches are from the other one where the walls
+/// are straight.
+fn _pair(edge, radius: length, flat: bool, apart: length) = {
   a: edge[0],
   b: edge[2],
   of_a: edge[1],
   of_b: edge[3],
   radius: radius,
   flat: flat,
+  apart: apart,
 }
 
 /// How the edge of a pair runs: along which of the four parameters, at which stations, whether it is an outer (-1) or
@@ -240,7 +242,8 @@ fn _edge_of(pair, filled) {
     // The first of those that are as good but for rounding.
     if score > best[1] + 1e-6 { (real(k), score) } else { best }
   }))
-  require score > 0, "these surfaces of the body do not meet in an edge that could be rounded"
+  require score > 0,
+    "these surfaces of the body do not meet in an edge that could be rounded, or not any more"
   let k = int(chosen)
   let (once, again) = (stop(_survey(pair, filled, k, 0)), stop(_survey(pair, filled, k, 1)))
   // Two edges that end in each other are one, which turns back.
@@ -267,17 +270,16 @@ fn _cosine(pair, k: int, run) {
 /// A pair with how its edge runs.
 fn _blend(pair, filled, edge) {
   let (k, s) = (edge.along, edge.kind)
-  {
-    pair: pair,
-    along: k,
-    kind: s,
-    runs: for last in 0..2 { _edge_along(pair, filled, k, s, edge.runs[last], last) },
-  }
+  let runs = for last in 0..2 { _edge_along(pair, filled, k, s, edge.runs[last], last) }
+  {pair: pair, along: k, kind: s, runs: runs}
 }
 
 /// The body with its blends, whose new surfaces get names.
 fn _blended(body, filled, blends, named) {
   let n = len(blends)
+  let free = for i in 0..n { if n == 1 { 1.0 } else { stop(_free(blends, filled, i)) } }
+  require min(free) > 0,
+    "these edges are so near to each other that nothing of a surface is left between what is taken off or filled: make it smaller"
   // Those of one call meet as they are: each new surface is where no other blend is.
   let new = for i in 0..n {
     let (pair, k, s, runs) = (blends[i].pair, blends[i].along, blends[i].kind, blends[i].runs)
@@ -305,6 +307,23 @@ fn _blended(body, filled, blends, named) {
       min(max(filled(p), max(off)), min(on))
     },
   )
+}
+
+/// At how many of 64 places along one of some edges the places that its ball touches are beside no other edge: the
+/// lesser number of both surfaces.
+fn _free(blends, filled, i: int) {
+  let (pair, run) = (blends[i].pair, blends[i].runs[0])
+  let (one, other) = loop((0.0, 0.0), 128, |free, j| {
+    let first = j % 2 == 0
+    let ball = _ball_along(pair, blends[i].along, blends[i].kind, run, mix(run.from, run.to, (j + 0.5) / 128))
+    let p = ball.center + (if first { ball.to_wall } else { ball.to_other }) * (0.999 * pair.radius)
+    let beside = min(for k in 0..len(blends) {
+      if k == i { _far } else { _beside_edge(blends[k].pair, filled, blends[k].kind, p) }
+    })
+    let counts = if beside > -_near or run.there < 0 { 1.0 } else { 0.0 }
+    if first { (free[0] + counts, free[1]) } else { (free[0], free[1] + counts) }
+  })
+  min(one, other)
 }
 
 /// Farther than anything.
@@ -438,9 +457,11 @@ fn _edge_along(pair, filled, k: int, s, run, last: int) {
     between: between,
     side: side,
   }
+  require not pair.flat or not there or stop(_bends(pair, k, s, edge, t)) < 0.01,
+    "the surfaces are bent across this edge, so that the legs of its chamfer would not have its size: 'fillet' rounds it"
   let found = stop(_fits(pair, filled, k, s, edge, run))
-  require found[0] >= 0.5 or not there,
-    "a ball of this radius does not touch both surfaces within their borders all along the edge: make it smaller"
+  require found[0] >= 0.125 or not there,
+    "a ball of this radius does not touch both surfaces within their borders: make it smaller"
   require found[1] < (if last == 1 { 0.5 } else { 2.5 }) or not there,
     "this edge is in several pieces, between which the fillet would end: name the surfaces of each piece apart"
   {
@@ -451,6 +472,15 @@ fn _edge_along(pair, filled, k: int, s, run, last: int) {
     side: edge.side,
     ends: [(found[2], found[3]), (found[4], found[5])],
   }
+}
+
+/// By how much of it the legs of a chamfer are off its size at t: on straight walls the places that the ball touches are
+/// `pair.apart` from the other one.
+fn _bends(pair, k: int, s, edge, t: real) {
+  let ball = _ball_along(pair, k, s, edge, t)
+  let (one, other) = (ball.center + ball.to_wall * pair.radius, ball.center + ball.to_other * pair.radius)
+  let (on_a, on_b) = if k < 2 { (one, other) } else { (other, one) }
+  max(abs(abs(pair.b(on_a)) - pair.apart), abs(abs(pair.a(on_b)) - pair.apart)) / (pair.apart + _near)
 }
 
 /// How many radii beyond its last station an edge is followed: 3, or 6, 12 or 24 where there is still something to take
@@ -494,13 +524,17 @@ fn _fits(pair, filled, k: int, s, edge, run) {
     let t = edge.from + step * (i + 0.5)
     let ball = _ball_along(pair, k, s, edge, t)
     let is_ball = ball.off < _near
-    // How far the places that the ball touches are from the body's surface, and where it is between ball and edge.
+    // Whether the body ends where the ball touches it, and where it is between ball and edge. On a surface that another
+    // fillet took off its function may be zero: it is asked a little before it and behind it.
     let between = normalize(ball.to_wall + ball.to_other)
-    let (apart, middle) = loop((0mm, 0mm), 3, |found, i| {
-      let toward = if i == 0 { ball.to_wall } else if i == 1 { ball.to_other } else { between }
-      let outer = if i == 2 { _to_blend(pair, ball, between) + 0.02 * pair.radius } else { pair.radius }
+    let (apart, middle) = loop((-1m, 0mm), 5, |found, i| {
+      let toward = if i < 2 { ball.to_wall } else if i < 4 { ball.to_other } else { between }
+      let side = if i == 0 or i == 2 { -1 } else { 1 }
+      let outer =
+        if i == 4 { _to_blend(pair, ball, between) + 0.02 * pair.radius }
+        else { (1 + 0.001 * side) * pair.radius }
       let there = s * filled(ball.center + toward * outer)
-      if i == 2 { (found[0], there) } else { (max(found[0], abs(there)), found[1]) }
+      if i == 4 { (found[0], there) } else { (max(found[0], side * there), found[1]) }
     })
     let touches = is_ball and apart < _near
     let within = t > run[1] - 1e-9 and t < run[2] + 1e-9
@@ -614,6 +648,7 @@ fn _end_of(pair, filled, k: int, s, edge, end) {
     let w = if outwards { u } else { 1 - u }
     let toward = (a * sin(turn * (1 - w)) + b * sin(turn * w)) / sin(turn)
     let p = ball.center + toward * mix(_to_blend(pair, ball, toward), far, v)
-    keep(p, if is_there { s * filled(p + before) - _near } else { -pair.radius })
+    let within = min(s * filled(p + before) - _near, s * pair.a(p), s * pair.b(p))
+    keep(p, if is_there { within } else { -pair.radius })
   }
 }

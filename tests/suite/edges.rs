@@ -88,6 +88,16 @@ fn chamfers_have_their_volumes() {
     }
 }
 
+/// The other wall of a groove ends before the plane that closes its fillet: nothing of that is behind the wall.
+#[test]
+fn the_ends_of_fillets_are_between_their_walls() {
+    let groove = "let b = box(width: 40mm, depth: 30mm, height: 10mm) - {
+    g: box(width: 60mm, depth: 10mm, height: 10mm).rotate(30deg, (1, 0, 0)).translate((0mm, 0mm, 5mm)),
+  }";
+    let check = checked(&model(groove, "b.chamfer(g.base, [g.front, g.back], r)", false), &[]);
+    assert_eq!(check["closed"], true, "{}", check["open_borders"]);
+}
+
 /// Fillets of several edges meet in mitres: at a depth q below the top, each side is farther in by r - sqrt(r^2 - (r -
 /// q)^2).
 #[test]
@@ -184,6 +194,7 @@ fn what_cannot_be_rounded_says_why() {
     let holes = "let b = box() - {hole: for i in 0..2 { capped_cylinder(radius: 2mm).translate((i * 9mm, 0mm, 0mm)) }}";
     let balls = "let b = ball(radius: 10mm) + {c: ball(radius: 7mm).translate((12mm, 0mm, 0mm))}";
     let wide = "let b = box().scale(x: 2)";
+    let cap = "let b = ball(radius: 10mm) & {c: half_space(at: (0mm, 0mm, 5mm))}";
     let drilled = "let drill = capped_cylinder(radius: 4mm, height: 40mm).translate((0mm, 0mm, -20mm))
   let b = capped_cylinder(radius: 10mm, height: 40mm) - {
     hole: drill.rotate(90deg, (0, 1, 0)).translate((0mm, 0mm, 20mm)),
@@ -206,10 +217,17 @@ fn what_cannot_be_rounded_says_why() {
         (BOX, "b.chamfer(top, right)", "two surfaces of the body and a size"),
         (BOX, "b.chamfer(top, right, -1mm)", "the size of a chamfer is positive"),
         (drilled, "b.chamfer(wall, hole.wall, r)", "not the same all along"),
+        (cap, "b.chamfer(wall, c.cut, r)", "bent across this edge"),
+        (BOX, "b.fillet(top, [front, front], r)", "the edge of 'top' and 'front' is named twice"),
+        (BOX, "b.fillet([top, front], [right, top], r)", "both of these are 'top'"),
+        (BOX, "b.fillet(top, front, 6mm).fillet(base, front, 6mm)", "within their borders: make it smaller"),
+        (BOX, "b.fillet([top, base], front, 6mm)", "so near to each other that nothing of a surface is left"),
+        (BOX, "b.fillet(top, front, r).chamfer(fillet[0].round, top, r)", "are left as they are"),
+        (BOX, "b.fillet(top, front, r).fillet(top, front, r)", "or not any more"),
     ];
     for (lets, body, said) in cases {
         fs::write(folder.path().join("m.gml"), model(lets, body, false)).expect("written");
         let errors = fails(folder.path(), &["check", "m.gml"], 1);
-        assert!(errors.contains(said), "{body}: {errors}");
+        assert!(errors.contains(said) && errors.contains("m.gml:"), "{body}: {errors}");
     }
 }

@@ -124,19 +124,23 @@ impl<'a> Checker<'a> {
         let mut edges = Vec::new();
         for (a, of_a) in &first {
             for (b, of_b) in &second {
+                if edges.iter().any(|(one, other, _)| [*one, *other] == [a, b] || [*one, *other] == [b, a]) {
+                    let message = format!("the edge of '{}' and '{}' is named twice", text_of(a), text_of(b));
+                    return self.fail(Diagnostic::new(Code::Arguments, span, message));
+                }
                 if a == b {
                     let message = format!("an edge is between two surfaces, but both of these are '{}'", text_of(a));
                     return self.fail(Diagnostic::new(Code::Arguments, args[1].value.span, message));
                 }
                 let sides = [of_a, of_b].into_iter().flat_map(|side| [0, 2].map(|i| element(side.clone(), i)));
-                edges.push(self.make_tuple(sides.collect(), span));
+                edges.push((a, b, self.make_tuple(sides.collect(), span)));
             }
         }
         let size = self.expr(&args[2].value);
         if size.ty.is_error() {
             return error(span);
         }
-        let edges = self.make_tuple(edges, span);
+        let edges = self.make_tuple(edges.into_iter().map(|(_, _, sides)| sides).collect(), span);
         let blended = self.call_of(MODULE, blend.function(), vec![whole.clone(), edges, size], span);
         if blended.ty.is_error() {
             return error(span);
@@ -228,6 +232,10 @@ impl<'a> Checker<'a> {
         let Some(side) = side.filter(|side| is_solid(&side.ty)) else {
             let message = format!("nothing says how '{text}' goes on beyond its borders");
             let error = Diagnostic::new(Code::Arguments, path.span, message);
+            if matches!(steps.first(), Some(Step::Field(name)) if Blend::named(name).is_some()) {
+                self.report(error.hint("the edges of fillets and chamfers are left as they are"));
+                return None;
+            }
             self.report(match blend {
                 Blend::Fillet => error.hint("'rolling_fillet' of std.fillet may round this edge"),
                 Blend::Chamfer => error,

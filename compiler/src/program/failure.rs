@@ -7,7 +7,7 @@ use super::pipeline::BuildError;
 use super::{Order, Program};
 use crate::ir::interpret::RunError;
 use crate::ir::scalar::Scalar;
-use crate::ir::{Failure, FunctionId, Module, Requirement, interpret};
+use crate::ir::{FunctionId, Module, Requirement, interpret};
 use crate::jit::Trap;
 use crate::source::Span;
 use std::fmt::Write as _;
@@ -91,8 +91,7 @@ impl Program {
         match trap {
             Trap::Failure(id) => {
                 let failure = &self.functions.module.failures[id.0 as usize];
-                let place = Place { patch: place.patch.or_else(|| self.part_that_fails(failure, place.x)), ..*place };
-                self.error(Some(failure.span), &failure.message, &place, None)
+                self.error(Some(failure.span), &failure.message, place, None)
             }
             Trap::Steps => {
                 let message = format!("the evaluation takes more than {} steps (see --limit steps)", self.limits.steps);
@@ -108,17 +107,26 @@ impl Program {
         }
     }
 
-    /// The first part in which something fails that the library requires: its statement is the user's, and the failure
-    /// may be one of what all parts have in common.
-    fn part_that_fails(&self, failure: &Failure, x: &[f64]) -> Option<usize> {
-        if !failure.span.file.is_library() {
-            return None;
-        }
-        let limits = interpret::Limits { steps: REPLAYED_STEPS, ..interpret::Limits::default() };
+    /// An error at x with the user's statement, where it names a place of the library alone, as that of something which
+    /// all parts have in common. It takes up to a second, and is for those who show the error.
+    #[must_use]
+    pub fn placed(&self, error: EvaluationError, x: &[f64]) -> EvaluationError {
+        let span = error.span.filter(|span| span.file.is_library() && error.related.is_none());
+        let part = span.and_then(|span| self.part_that_fails(span, &error.sentence, x));
+        part.map_or(error.clone(), |part| self.error(span, &error.sentence, &Place::of_part(x, part, None), None))
+    }
+
+    /// The first part in which something fails.
+    fn part_that_fails(&self, span: Span, message: &str, x: &[f64]) -> Option<usize> {
+        let limits = interpret::Limits { steps: REPLAYED_STEPS * 20, ..interpret::Limits::default() };
+        let module = &self.functions.module;
         self.functions.parts.iter().position(|part| {
             let arguments = part.surface.arguments(x, &[0.5, 0.5]);
-            let run = interpret::run_real(&self.functions.module, part.surface.function, &arguments, limits);
-            matches!(run, Err(RunError::Failed(id)) if self.functions.module.failures[id.0 as usize] == *failure)
+            let failed = match interpret::run_real(module, part.surface.function, &arguments, limits) {
+                Err(RunError::Failed(id)) => &module.failures[id.0 as usize],
+                _ => return false,
+            };
+            failed.span == span && failed.message == message
         })
     }
 

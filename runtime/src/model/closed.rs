@@ -50,7 +50,7 @@ pub struct OpenBorder {
 pub struct Faults {
     /// Pieces of border that no other border coincides with.
     pub open: Vec<OpenBorder>,
-    /// The patches, and the places, at which triangles of one patch run against each other.
+    /// The patches, and the places, at which triangles run against each other although their patches agree.
     pub against: Vec<(usize, [f64; 3])>,
 }
 

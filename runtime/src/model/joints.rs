@@ -117,7 +117,7 @@ impl Rim {
 }
 
 /// How the patches of a mesh with normals meet at the edges of its triangles, the edges without a neighbour, by patch,
-/// and the middles of those within a patch whose triangles run against each other.
+/// and the middles of those whose triangles run against each other.
 pub(super) fn joined(mesh: &TriangleMesh) -> (Joints, Vec<OpenBorder>, Vec<(usize, DVec3)>) {
     let number = mesh.position_numbers();
     let mut sides: HashMap<[u32; 2], Vec<(usize, [u32; 2])>> = HashMap::new();
@@ -143,12 +143,15 @@ pub(super) fn joined(mesh: &TriangleMesh) -> (Joints, Vec<OpenBorder>, Vec<(usiz
         let normal = DVec3::from_array(mesh.normals[ends[0] as usize]);
         Rim { patch, ends: ends.map(position), normal }
     };
+    // Edges that run the same way in both of their triangles, or more often one way than the other.
     let mut against = Vec::new();
     for (_, of_edge) in edges {
+        let middle = |ends: [u32; 2]| 0.5 * (position(ends[0]) + position(ends[1]));
+        let forward = of_edge.iter().filter(|(_, ends)| forth(*ends)).count();
+        if of_edge.len() > 1 && 2 * forward != of_edge.len() {
+            against.push(([of_edge[0].0, of_edge[1].0], middle(of_edge[0].1)));
+        }
         match of_edge[..] {
-            [(a, first), (b, second)] if a == b && forth(first) == forth(second) => {
-                against.push((a, 0.5 * (position(first[0]) + position(first[1]))));
-            }
             [(a, first), (b, second)] if a != b => {
                 let length = position(first[0]).distance(position(first[1]));
                 joints.add(a, b, forth(first) != forth(second), length);
@@ -159,6 +162,10 @@ pub(super) fn joined(mesh: &TriangleMesh) -> (Joints, Vec<OpenBorder>, Vec<(usiz
             _ => of_edge.iter().for_each(|(patch, ends)| shared[*patch].push(rim(*patch, *ends))),
         }
     }
+    // Where most of a joint does not agree one of its patches is inside out.
+    let agree = |[a, b]: [usize; 2]| a == b || joints.neighbours[a].get(&b).is_none_or(|agreeing| *agreeing > 0.0);
+    let against = against.into_iter().filter(|(patches, _)| agree(*patches)).map(|(patches, at)| (patches[0], at));
+    let against = against.collect();
     let borders = (0..open.len()).filter_map(|patch| border(&open, &shared, patch)).collect();
     (joints, borders, against)
 }

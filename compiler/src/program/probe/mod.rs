@@ -17,7 +17,7 @@ impl Program {
     #[must_use]
     pub fn probe(&self) -> Vec<Diagnostic> {
         if let Err(error) = self.evaluate_at_defaults() {
-            return vec![self.not_evaluated(&error)];
+            return vec![self.not_evaluated(&self.placed(error, &self.defaults()))];
         }
         let mut found = influence::probe(self);
         found.extend(ranges::probe(self));
