@@ -172,8 +172,12 @@ fn _beside_center(f, g, p, c, radius: length, flat: bool) {
     norm(from) - 1.5 * radius / sqrt((1 + k) / 2 + 1e-9),
   )
   // Far away the steps may end anywhere: what they say of the distance is not told there.
-  max(-f(p), -g(p), f(p) - 2 * radius, g(p) - 2 * radius, min(away, _away * radius))
+  max(_behind_wall(f(p)), _behind_wall(g(p)), f(p) - 2 * radius, g(p) - 2 * radius, min(away, _away * radius))
 }
+
+/// Negative on the side of a wall on which the ball is, and on the wall: where walls meet at a sharp angle, what is just
+/// beside one of them is behind the other.
+fn _behind_wall(distance: length) = -distance - 2 * _near
 
 /// How far from a fillet, in its radii, its function tells how far: beyond that it is a bound. Where the function
 /// jumped, triangles would be divided all along.
@@ -581,7 +585,7 @@ fn _behind_ball(pair, filled, s, ball) {
 fn _beside_edge(pair, filled, s, p) {
   let radius = pair.radius
   let (f, g) = (|p| s * pair.a(p), |p| s * pair.b(p))
-  let outer = max(-f(p), -g(p), f(p) - 2 * radius, g(p) - 2 * radius)
+  let outer = max(_behind_wall(f(p)), _behind_wall(g(p)), f(p) - 2 * radius, g(p) - 2 * radius)
   // Far away no ball need be found.
   if outer > _away * radius {
     outer

@@ -88,6 +88,31 @@ fn chamfers_have_their_volumes() {
     }
 }
 
+/// Fillets at the foot of a post end with its walls: no two of them have anything in common.
+#[test]
+fn fillets_at_the_foot_of_a_post_end_with_its_walls() {
+    let post =
+        "let b = box(width: 60mm, depth: 60mm, height: 10mm) + {post: box(width: 20mm, depth: 30mm, height: 30mm)}";
+    let body = "b.fillet(top, [post.front, post.back, post.left, post.right], r)";
+    let check = checked(&model(post, body, true), &[]);
+    assert_eq!(check["closed"], true, "{}", check["open_borders"]);
+    let (volume, truth) = (measure(&check, 0), 48_000.0 + 100.0 * 4.0 * CORNER);
+    assert!((volume - truth).abs() < 0.01, "{volume} for {truth}");
+}
+
+/// A face that ends in a sharp angle with another one: what is just beside one is behind the other.
+#[test]
+fn a_chamfer_that_runs_out_at_a_sharp_edge_is_closed() {
+    let wedge = "let b = extruded([(0mm, 0mm), (30mm, 0mm), (0mm, 10mm)], 20mm)";
+    let check = checked(&model(wedge, "b.chamfer(top, side[0], r)", true), &[]);
+    assert_eq!(check["closed"], true, "{}", check["open_borders"]);
+    // The section's triangle of legs r along 30 mm, less what the slanting wall cuts off: 3 (1 - y / 10) is left of
+    // it at y.
+    let truth = 3000.0 - (30.0 * 2.0 * 2.0 / 2.0 - 3.0 * 2.0_f64.powi(3) / 6.0);
+    let volume = measure(&check, 0);
+    assert!((volume - truth).abs() < 0.01, "{volume} for {truth}");
+}
+
 /// The other wall of a groove ends before the plane that closes its fillet: nothing of that is behind the wall.
 #[test]
 fn the_ends_of_fillets_are_between_their_walls() {
