@@ -149,11 +149,16 @@ fn _center_beside(f, g, p, radius: length) {
 }
 
 /// Negative between a ball that touches what two functions give the distance from, and where it touches them.
-fn _beside_ball(f, g, p, radius: length) =
-  _beside_center(f, g, p, _center_beside(f, g, p, radius), radius, false)
+fn _beside_ball(f, g, p, radius: length) = max(
+  -f(p),
+  -g(p),
+  f(p) - 2 * radius,
+  g(p) - 2 * radius,
+  _beside_center(f, g, p, _center_beside(f, g, p, radius), radius, false),
+)
 
-/// The same with the center of the ball; beyond the straight line between the places that it touches, where that is
-/// asked.
+/// The same of a place on the ball's side of both, with its center; beyond the straight line between the places that
+/// the ball touches, where that is asked.
 fn _beside_center(f, g, p, c, radius: length, flat: bool) {
   let (a, b, from) = (_gradient(f, c), _gradient(g, c), c - p)
   let (x, y, k) = (dot(from, a), dot(from, b), dot(a, b))
@@ -172,12 +177,8 @@ fn _beside_center(f, g, p, c, radius: length, flat: bool) {
     norm(from) - 1.5 * radius / sqrt((1 + k) / 2 + 1e-9),
   )
   // Far away the steps may end anywhere: what they say of the distance is not told there.
-  max(_behind_wall(f(p)), _behind_wall(g(p)), f(p) - 2 * radius, g(p) - 2 * radius, min(away, _away * radius))
+  min(away, _away * radius)
 }
-
-/// Negative on the side of a wall on which the ball is, and on the wall: where walls meet at a sharp angle, what is just
-/// beside one of them is behind the other.
-fn _behind_wall(distance: length) = -distance - 2 * _near
 
 /// How far from a fillet, in its radii, its function tells how far: beyond that it is a bound. Where the function
 /// jumped, triangles would be divided all along.
@@ -290,7 +291,7 @@ fn _blended(body, filled, blends, named) {
     let alone = |w| |u: real, v: real| {
       let p = w(u, v)
       keep(p, min(for j in 0..n {
-        if j == i { _far } else { _beside_edge(blends[j].pair, filled, blends[j].kind, p) }
+        if j == i { _far } else { _beside_edge(blends[j].pair, filled, blends[j].kind, p, p) }
       }))
     }
     let across = for run in runs { alone(_across(pair, filled, k, s, run)) }
@@ -300,12 +301,12 @@ fn _blended(body, filled, blends, named) {
   solid(
     {
       left: each(body, |w| |u: real, v: real| keep(w(u, v), min(for edge in edges {
-        _beside_edge(edge.pair, filled, edge.kind, _beside_wall(w, u, v, edge.kind))
+        _beside_edge(edge.pair, filled, edge.kind, _beside_wall(w, u, v, edge.kind), w(u, v))
       }))),
       new: new,
     },
     |p| {
-      let beside = for edge in edges { _beside_edge(edge.pair, filled, edge.kind, p) }
+      let beside = for edge in edges { _beside_edge(edge.pair, filled, edge.kind, p, p) }
       let off = for i in 0..n { if edges[i].kind < 0 { -beside[i] } else { -_far } }
       let on = for i in 0..n { if edges[i].kind < 0 { _far } else { beside[i] } }
       min(max(filled(p), max(off)), min(on))
@@ -322,7 +323,7 @@ fn _free(blends, filled, i: int) {
     let ball = _ball_along(pair, blends[i].along, blends[i].kind, run, mix(run.from, run.to, (j + 0.5) / 128))
     let p = ball.center + (if first { ball.to_wall } else { ball.to_other }) * (0.999 * pair.radius)
     let beside = min(for k in 0..len(blends) {
-      if k == i { _far } else { _beside_edge(blends[k].pair, filled, blends[k].kind, p) }
+      if k == i { _far } else { _beside_edge(blends[k].pair, filled, blends[k].kind, p, p) }
     })
     let counts = if beside > -_near or run.there < 0 { 1.0 } else { 0.0 }
     if first { (free[0] + counts, free[1]) } else { (free[0], free[1] + counts) }
@@ -478,8 +479,8 @@ fn _edge_along(pair, filled, k: int, s, run, last: int) {
   }
 }
 
-/// By how much of it the legs of a chamfer are off its size at t: on straight walls the places that the ball touches are
-/// `pair.apart` from the other one.
+/// By how much of it the legs of a chamfer are off its size at t: on straight walls the places that the ball touches
+/// are `pair.apart` from the other one.
 fn _bends(pair, k: int, s, edge, t: real) {
   let ball = _ball_along(pair, k, s, edge, t)
   let (one, other) = (ball.center + ball.to_wall * pair.radius, ball.center + ball.to_other * pair.radius)
@@ -581,17 +582,22 @@ fn _behind_ball(pair, filled, s, ball) {
   })
 }
 
-/// Negative between a ball and the edge of two walls, as `_beside_ball` has it, where there is something behind both.
-fn _beside_edge(pair, filled, s, p) {
+/// Negative between a ball and the edge of two walls, as `_beside_ball` has it, where there is something behind both: at
+/// p, which may be a little beside a place `on` a surface. Where walls meet at a sharp angle what is just beside one of
+/// them is behind the other.
+fn _beside_edge(pair, filled, s, p, on) {
   let radius = pair.radius
   let (f, g) = (|p| s * pair.a(p), |p| s * pair.b(p))
-  let outer = max(_behind_wall(f(p)), _behind_wall(g(p)), f(p) - 2 * radius, g(p) - 2 * radius)
+  let (depth, other) = (max(f(p), f(on)), max(g(p), g(on)))
+  // At an inner edge what is on a wall of the body may be its border.
+  let just = if s < 0 { _just } else { 0mm }
+  let outer = max(-depth - just, -other - just, f(p) - 2 * radius, g(p) - 2 * radius)
   // Far away no ball need be found.
   if outer > _away * radius {
     outer
   } else {
     let c = _center_beside(f, g, p, radius)
-    let beside = _beside_center(f, g, p, c, radius, pair.flat)
+    let beside = max(outer, _beside_center(f, g, p, c, radius, pair.flat))
     if beside > 0mm {
       beside
     } else {
@@ -603,6 +609,9 @@ fn _beside_edge(pair, filled, s, p) {
     }
   }
 }
+
+/// What is so near to a wall is on it: far above rounding, and below what may be on an edge (1e-7 mm).
+let _just = 5e-8mm
 
 /// The point a little beside a wall, on the side on which the ball rolls: far above rounding, far below what is made.
 fn _beside_wall(w, u, v, s) {

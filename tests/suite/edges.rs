@@ -88,18 +88,6 @@ fn chamfers_have_their_volumes() {
     }
 }
 
-/// Fillets at the foot of a post end with its walls: no two of them have anything in common.
-#[test]
-fn fillets_at_the_foot_of_a_post_end_with_its_walls() {
-    let post =
-        "let b = box(width: 60mm, depth: 60mm, height: 10mm) + {post: box(width: 20mm, depth: 30mm, height: 30mm)}";
-    let body = "b.fillet(top, [post.front, post.back, post.left, post.right], r)";
-    let check = checked(&model(post, body, true), &[]);
-    assert_eq!(check["closed"], true, "{}", check["open_borders"]);
-    let (volume, truth) = (measure(&check, 0), 48_000.0 + 100.0 * 4.0 * CORNER);
-    assert!((volume - truth).abs() < 0.01, "{volume} for {truth}");
-}
-
 /// A face that ends in a sharp angle with another one: what is just beside one is behind the other.
 #[test]
 fn a_chamfer_that_runs_out_at_a_sharp_edge_is_closed() {
