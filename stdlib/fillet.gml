@@ -184,7 +184,7 @@ fn _beside_center(f, g, p, c, radius: length, flat: bool) {
 /// jumped, triangles would be divided all along.
 let _away = 0.25
 
-// Fillets and chamfers of edges that are named: `body.fillet(top, hole.wall, 1mm)`, `body.chamfer(top, hole.wall, 1mm)`.
+// Fillets and chamfers of edges that are named: `body.fillet(top, hole.wall, 1mm)`, `body.chamfer(top, front, 1mm)`.
 // The compiler finds the surfaces and their sides; where the edge runs, and whether it is an outer or an inner one, is
 // found here from the body. A pair holds both sides, both walls without what trims them, the radius of the ball, and
 // whether what it leaves is flat. What fills the body is handed on beside it, and stands in few places: each body has
@@ -582,9 +582,9 @@ fn _behind_ball(pair, filled, s, ball) {
   })
 }
 
-/// Negative between a ball and the edge of two walls, as `_beside_ball` has it, where there is something behind both: at
-/// p, which may be a little beside a place `on` a surface. Where walls meet at a sharp angle what is just beside one of
-/// them is behind the other.
+/// Negative between a ball and the edge of two walls, as `_beside_ball` has it, where there is something behind both:
+/// at p, which may be a little beside a place `on` a surface. Where walls meet at a sharp angle what is just beside one
+/// of them is behind the other.
 fn _beside_edge(pair, filled, s, p, on) {
   let radius = pair.radius
   let (f, g) = (|p| s * pair.a(p), |p| s * pair.b(p))

@@ -106,8 +106,8 @@ impl<'o> AllRows<'o> {
 
 /// The derivatives of where a trimmed patch is there, at feet on its edge.
 struct Edges<'m> {
-    /// Parameters, ascending; those of a patch, whether its feet are on an edge or not, so that all of its rows have the
-    /// same columns.
+    /// Parameters, ascending; those of a patch, whether its feet are on an edge or not, so that all of its rows have
+    /// the same columns.
     active: &'m [u32],
     /// Empty where no foot is on an edge.
     jacobian: Vec<f64>,
