@@ -237,7 +237,7 @@ model m {
 }
 ";
     fs::write(folder.path().join("m.gml"), script).expect("written");
-    let all = "steps=1000000,depth=1000,nesting=400,instances=20000,iterations=4096,nodes=4000000,operations=600000";
+    let all = "steps=1000000,depth=1000,nesting=400,instances=20000,iterations=4096,nodes=4000000,operations=800000";
     let mut args = vec!["mesh", "m.gml", "-o", "m.ply", "--chord", "1mm"];
     all.split(',').for_each(|limit| args.extend(["--limit", limit]));
     gmlc(folder.path(), &args);

@@ -10,7 +10,7 @@ use cranelift_module::{FuncId, Module as _, ModuleError, ModuleReloc};
 use std::sync::OnceLock;
 
 /// Addresses that are reserved for the code of a module, in bytes; memory is taken as code comes. A fit of the tree has
-/// 1.1 MB of code in all its modules, one of the other examples 0.3 MB at most; the limit of operations allows 400,000
+/// 1.1 MB of code in all its modules, one of the other examples 0.3 MB at most; the limit of operations allows 800,000
 /// a function.
 const RESERVED: usize = 256 << 20;
 

@@ -266,8 +266,8 @@ fn too_large_a_model_is_refused() {
     let (model, diagnostics) = check(&mut sources, &NoFiles, main, &BTreeMap::new(), &CheckOptions::default());
     assert_eq!(diagnostics, []);
     let error = lower(&model.expect("a model")).expect_err("four million selections are too many");
-    assert!(error.to_string().contains("more than 1500000 operations in all"), "{error}");
+    assert!(error.to_string().contains("more than 2000000 operations in all"), "{error}");
     let told = format!("{:?}", error.diagnostic());
-    assert!(told.contains("the limit 'operations' is 600000 (5/2 of it before"), "{told}");
-    assert!(told.contains("--limit operations=1200000"), "{told}");
+    assert!(told.contains("the limit 'operations' is 800000 (5/2 of it before"), "{told}");
+    assert!(told.contains("--limit operations=1600000"), "{told}");
 }
