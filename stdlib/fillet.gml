@@ -258,10 +258,9 @@ fn _edge_of(pair, filled) {
   let sum = once[5] + again[5]
   require abs(sum) == once[6] + again[6],
     "the edge of these surfaces is an outer one in some places and an inner one in others: a fillet has one kind"
-  let at = _cosine(pair, k, once)
   require not pair.flat or max(once[8], again[8]) - min(once[7], again[7]) < 1e-6,
     "the angle between these surfaces is not the same all along their edge, so that no chamfer has legs of one size: 'fillet' rounds it"
-  {along: k, kind: if sum > 0 { 1.0 } else { -1.0 }, runs: [once, again], cosine: at}
+  {along: k, kind: if sum > 0 { 1.0 } else { -1.0 }, runs: [once, again], cosine: _cosine(pair, k, once)}
 }
 
 /// The cosine of the angle between both normals in the middle of an edge, with its derivative.
@@ -285,19 +284,20 @@ fn _blended(body, filled, blends, named) {
   let free = for i in 0..n { if n == 1 { 1.0 } else { stop(_free(blends, filled, i)) } }
   require min(free) > 0,
     "these edges are so near to each other that nothing of a surface is left between what is taken off or filled: make it smaller"
+  // Surfaces hold on to no more than they ask of the others.
+  let edges = for blend in blends { {pair: blend.pair, kind: blend.kind} }
   // Those of one call meet as they are: each new surface is where no other blend is.
   let new = for i in 0..n {
     let (pair, k, s, runs) = (blends[i].pair, blends[i].along, blends[i].kind, blends[i].runs)
     let alone = |w| |u: real, v: real| {
       let p = w(u, v)
       keep(p, min(for j in 0..n {
-        if j == i { _far } else { _beside_edge(blends[j].pair, filled, blends[j].kind, p, p) }
+        if j == i { _far } else { _beside_edge(edges[j].pair, filled, edges[j].kind, p, p) }
       }))
     }
     let across = for run in runs { alone(_across(pair, filled, k, s, run)) }
     named(across, for end in runs[0].ends { alone(_end_of(pair, filled, k, s, runs[0], end)) })
   }
-  let edges = for blend in blends { {pair: blend.pair, kind: blend.kind} }
   solid(
     {
       left: each(body, |w| |u: real, v: real| keep(w(u, v), min(for edge in edges {
@@ -416,6 +416,7 @@ fn _survey(pair, filled, k: int, last: int) = loop(
     let along = off'x(t, x) * norm(at't(t, x)) / (1mm * 1mm)
     let across = off't(t, x) * norm(at'x(t, x)) / (1mm * 1mm)
     let share = along ^ 2 / (along ^ 2 + across ^ 2 + 1e-30)
+    let cosine = dot(_gradient(pair.a, e), _gradient(pair.b, e))
     if kind == 0 {
       s
     } else {
@@ -427,8 +428,8 @@ fn _survey(pair, filled, k: int, last: int) = loop(
         max(s[4], x),
         s[5] + kind,
         s[6] + 1,
-        min(s[7], dot(_gradient(pair.a, e), _gradient(pair.b, e))),
-        max(s[8], dot(_gradient(pair.a, e), _gradient(pair.b, e))),
+        min(s[7], cosine),
+        max(s[8], cosine),
       )
     }
   },

@@ -214,7 +214,7 @@ fn bodies_that_enclose_nothing_are_not_closed() {
     assert_eq!(checked("model m { part b = box(width: 1m, depth: 1m, height: 0.001mm) }\n", &[])["closed"], true);
 }
 
-/// What the library refuses is said at the user's line.
+/// A requirement of the library that is not met is reported at the part of the script.
 #[test]
 fn what_the_library_requires_is_said_of_the_part() {
     let folder = tempdir().expect("a folder");

@@ -16,11 +16,23 @@ use std::sync::Arc;
 /// The module of the library that makes them.
 pub(super) const MODULE: &str = "std.fillet";
 
-/// What an edge becomes.
+/// The surface between two others in the place of their edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Blend {
     Fillet,
     Chamfer,
+}
+
+/// The words of a blend.
+struct Words {
+    /// The function, and the field of a body that holds what it made, in the order in which it was made.
+    name: &'static str,
+    /// The library's function.
+    function: &'static str,
+    /// The name of its last argument.
+    size: &'static str,
+    /// In messages, between its name and the edge.
+    verb: &'static str,
 }
 
 impl Blend {
@@ -29,36 +41,15 @@ impl Blend {
         [Blend::Fillet, Blend::Chamfer].into_iter().find(|blend| blend.name() == name)
     }
 
-    /// The function, and the field of a body that holds what it made, in the order in which it was made.
+    fn words(self) -> Words {
+        match self {
+            Blend::Fillet => Words { name: "fillet", function: "_rounded", size: "radius", verb: "rounds" },
+            Blend::Chamfer => Words { name: "chamfer", function: "_chamfered", size: "size", verb: "cuts" },
+        }
+    }
+
     fn name(self) -> &'static str {
-        match self {
-            Blend::Fillet => "fillet",
-            Blend::Chamfer => "chamfer",
-        }
-    }
-
-    /// The library's function.
-    fn function(self) -> &'static str {
-        match self {
-            Blend::Fillet => "_rounded",
-            Blend::Chamfer => "_chamfered",
-        }
-    }
-
-    /// The name of its last argument.
-    fn size(self) -> &'static str {
-        match self {
-            Blend::Fillet => "radius",
-            Blend::Chamfer => "size",
-        }
-    }
-
-    /// What it does to an edge.
-    fn verb(self) -> &'static str {
-        match self {
-            Blend::Fillet => "rounds",
-            Blend::Chamfer => "cuts",
-        }
+        self.words().name
     }
 
     /// How a call is written.
@@ -76,7 +67,7 @@ pub(super) fn name_of(e: &ast::Expr) -> Option<&str> {
 }
 
 impl<'a> Checker<'a> {
-    /// What a function makes of edges.
+    /// The blend whose function an expression is.
     pub(super) fn blend_of(&self, f: &Expr) -> Option<Blend> {
         let Type::Closure(id) = f.ty else { return None };
         match self.closure(id).callee {
@@ -96,7 +87,7 @@ impl<'a> Checker<'a> {
     /// A call by which the names of the surfaces are not seen.
     pub(super) fn blend_of_values(&mut self, blend: Blend, span: Span) -> Expr {
         let message =
-            format!("'{}' {} the edge of two surfaces that are named in its call", blend.name(), blend.verb());
+            format!("'{}' {} the edge of two surfaces that are named in its call", blend.name(), blend.words().verb);
         self.fail(Diagnostic::new(Code::Arguments, span, message).hint(blend.how()))
     }
 
@@ -106,15 +97,15 @@ impl<'a> Checker<'a> {
             return error(span);
         }
         if !is_solid(&body.ty) {
-            let (name, verb) = (blend.name(), blend.verb());
+            let (name, verb) = (blend.name(), blend.words().verb);
             let message = format!("'{name}' {verb} an edge of a solid, but this is {}", self.describe(&body.ty));
             return self.fail(Diagnostic::new(Code::TypeMismatch, body.span, message));
         }
-        let labels = ["first", "second", blend.size()];
+        let labels = ["first", "second", blend.words().size];
         let fits = args.len() == 3
             && args.iter().zip(labels).all(|(arg, label)| arg.label.as_ref().is_none_or(|l| l.text == label));
         if !fits {
-            let message = format!("'{}' is given two surfaces of the body and a {}", blend.name(), blend.size());
+            let message = format!("'{}' is given two surfaces of the body and a {}", blend.name(), blend.words().size);
             return self.fail(Diagnostic::new(Code::Arguments, span, message).hint(blend.how()));
         }
         let mut statements = Vec::new();
@@ -141,7 +132,7 @@ impl<'a> Checker<'a> {
             return error(span);
         }
         let edges = self.make_tuple(edges.into_iter().map(|(_, _, sides)| sides).collect(), span);
-        let blended = self.call_of(MODULE, blend.function(), vec![whole.clone(), edges, size], span);
+        let blended = self.call_of(MODULE, blend.words().function, vec![whole.clone(), edges, size], span);
         if blended.ty.is_error() {
             return error(span);
         }
@@ -232,13 +223,12 @@ impl<'a> Checker<'a> {
         let Some(side) = side.filter(|side| is_solid(&side.ty)) else {
             let message = format!("nothing says how '{text}' goes on beyond its borders");
             let error = Diagnostic::new(Code::Arguments, path.span, message);
-            if matches!(steps.first(), Some(Step::Field(name)) if Blend::named(name).is_some()) {
-                self.report(error.hint("the edges of fillets and chamfers are left as they are"));
-                return None;
-            }
-            self.report(match blend {
-                Blend::Fillet => error.hint("'rolling_fillet' of std.fillet may round this edge"),
-                Blend::Chamfer => error,
+            self.report(match (steps.first(), blend) {
+                (Some(Step::Field(name)), _) if Blend::named(name).is_some() => {
+                    error.hint("the edges of fillets and chamfers are left as they are")
+                }
+                (_, Blend::Fillet) => error.hint("'rolling_fillet' of std.fillet may round this edge"),
+                (_, Blend::Chamfer) => error,
             });
             return None;
         };

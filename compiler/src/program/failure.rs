@@ -113,7 +113,10 @@ impl Program {
     pub fn placed(&self, error: EvaluationError, x: &[f64]) -> EvaluationError {
         let span = error.span.filter(|span| span.file.is_library() && error.related.is_none());
         let part = span.and_then(|span| self.part_that_fails(span, &error.sentence, x));
-        part.map_or(error.clone(), |part| self.error(span, &error.sentence, &Place::of_part(x, part, None), None))
+        match part {
+            Some(part) => self.error(span, &error.sentence, &Place::of_part(x, part, None), None),
+            None => error,
+        }
     }
 
     /// The first part in which something fails.

@@ -290,11 +290,7 @@ impl<'t> Layout<'t> {
         }
         let spans = [bracket, lexeme].map(|l| spanned(self.file, l.start, l.end));
         let [opening, closing] = [bracket, lexeme].map(|l| &self.text[l.start as usize..l.end as usize]);
-        let ours = match meant {
-            Token::ParenClose => ")",
-            Token::BracketClose => "]",
-            _ => "}",
-        };
+        let ours = closing_text(meant);
         self.diagnostics.push(
             Diagnostic::new(Code::UnmatchedBracket, spans[1], format!("'{closing}' does not close '{opening}'"))
                 .related(spans[0], "opened here")
@@ -309,12 +305,8 @@ impl<'t> Layout<'t> {
         let text = &self.text[bracket.start as usize..bracket.end as usize];
         let mut error = Diagnostic::new(Code::UnclosedBracket, span, format!("'{text}' is never closed"));
         let line = self.text[bracket.end as usize..].lines().next().unwrap_or_default();
-        let closing = match text {
-            "(" => ')',
-            "[" => ']',
-            _ => '}',
-        };
-        if line.split_once("//").is_some_and(|(_, comment)| comment.contains(closing)) {
+        let is_in = |comment: &str| bracket.token.closer().is_some_and(|c| comment.contains(closing_text(c)));
+        if line.split_once("//").is_some_and(|(_, comment)| is_in(comment)) {
             error = error.hint("`//` begins a comment, in which it is closed; a whole quotient is floor(a / b)");
         }
         self.diagnostics.push(error);
@@ -342,4 +334,13 @@ pub(super) fn too_deep(file: FileId, start: u32, end: u32) -> Diagnostic {
     let message = format!("this is nested more than {NESTING_LIMIT} levels deep");
     Diagnostic::new(Code::TooDeep, spanned(file, start, end), message)
         .hint("split it up: give its parts names with 'let'")
+}
+
+/// A closing bracket as it is written.
+fn closing_text(token: Token) -> &'static str {
+    match token {
+        Token::ParenClose => ")",
+        Token::BracketClose => "]",
+        _ => "}",
+    }
 }

@@ -7,6 +7,7 @@ use super::tessellation::intervals;
 use super::winding::solid_angle;
 use super::{EvaluationError, Fineness, Instance, Model, Tessellation};
 use crate::mesh::{TriangleMesh, tetrahedron};
+use glam::DVec3;
 use std::f64::consts::PI;
 
 /// How the borders of a model's parts meet.
@@ -58,8 +59,7 @@ impl Faults {
     /// Those of a mesh with normals whose groups are patches.
     #[must_use]
     pub fn of_mesh(mesh: &TriangleMesh) -> Self {
-        let (_, open, against) = joined(mesh);
-        Self { open, against: against.into_iter().map(|(patch, at)| (patch, at.to_array())).collect() }
+        joined(mesh).1
     }
 }
 
@@ -133,7 +133,7 @@ impl Closedness {
 
     /// The same of some parts alone, by the edges of their triangles.
     pub(crate) fn of_parts(mesh: &TriangleMesh) -> Result<Self, EvaluationError> {
-        let (joints, open, _) = joined(mesh);
+        let (joints, Faults { open, .. }) = joined(mesh);
         let is_empty = mesh.triangles.is_empty();
         let gone = (0..).zip(&mesh.groups).filter(|(_, group)| group.start == group.end).map(|(patch, _)| patch);
         let mut closedness =
@@ -212,6 +212,13 @@ fn triangles_of(mesh: &TriangleMesh, (patch, turned): (usize, bool)) -> impl Ite
     mesh.triangles[mesh.groups[patch].start..mesh.groups[patch].end].iter().map(move |t| (t, sign))
 }
 
+/// The volume of a closed body, positive where its first patch faces outwards, about a point of it: far from the origin
+/// digits would be lost.
+fn volume_about(mesh: &TriangleMesh, body: &[(usize, bool)], at: DVec3) -> f64 {
+    let triangles = body.iter().flat_map(|patch| triangles_of(mesh, *patch));
+    triangles.map(|(t, sign)| sign * tetrahedron(mesh.corners(*t).map(|p| p - at))).sum()
+}
+
 /// The volume of a closed body for each square millimetre of its area, as a part of its extent, below which it is flat:
 /// far above rounding, and far below the thinnest sheet that is meant (a micrometre of ten metres is 1e-7).
 const FLAT: f64 = 1e-10;
@@ -221,14 +228,9 @@ fn is_flat(mesh: &TriangleMesh, body: &[(usize, bool)]) -> bool {
     let triangles = || body.iter().flat_map(|patch| triangles_of(mesh, *patch));
     let Some((first, _)) = triangles().next() else { return true };
     let at = mesh.corners(*first)[0];
-    let (mut volume, mut area, mut extent) = (0.0, 0.0, 0.0_f64);
-    for (t, sign) in triangles() {
-        let corners = mesh.corners(*t).map(|p| p - at);
-        volume += sign * tetrahedron(corners);
-        area += (corners[1] - corners[0]).cross(corners[2] - corners[0]).length() / 2.0;
-        extent = corners.iter().fold(extent, |extent, p| extent.max(p.length()));
-    }
-    volume.abs() <= FLAT * area * extent
+    let area: f64 = triangles().map(|(t, _)| mesh.triangle_area(*t)).sum();
+    let extent = triangles().flat_map(|(t, _)| mesh.corners(*t)).map(|p| p.distance(at)).fold(0.0, f64::max);
+    volume_about(mesh, body, at).abs() <= FLAT * area * extent
 }
 
 /// Of closed bodies, by their patches and whether these are turned against the first one, whether the first one's outer
@@ -237,10 +239,8 @@ fn outwards(mesh: &TriangleMesh, bodies: &[Vec<(usize, bool)>]) -> Vec<bool> {
     let triangles = |patch: &(usize, bool)| triangles_of(mesh, *patch);
     let is_outwards = |(k, body): (usize, &Vec<(usize, bool)>)| {
         let Some((first, _)) = body.iter().flat_map(triangles).next() else { return true };
-        // About a point of the body: far from the origin digits would be lost.
         let at = mesh.corners(*first)[0];
-        let volume = |(t, sign): (&[u32; 3], f64)| sign * tetrahedron(mesh.corners(*t).map(|p| p - at));
-        if body.iter().flat_map(triangles).map(volume).sum::<f64>() >= 0.0 {
+        if volume_about(mesh, body, at) >= 0.0 {
             return true;
         }
         let others = bodies.iter().enumerate().filter(|(other, _)| *other != k).flat_map(|(_, other)| other);

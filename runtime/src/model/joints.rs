@@ -1,6 +1,6 @@
 //! How the patches of a mesh are joined at the edges of its triangles, and where they are not.
 
-use super::closed::OpenBorder;
+use super::closed::{Faults, OpenBorder};
 use crate::mesh::TriangleMesh;
 use glam::DVec3;
 use std::cmp::Ordering;
@@ -116,9 +116,9 @@ impl Rim {
     }
 }
 
-/// How the patches of a mesh with normals meet at the edges of its triangles, the edges without a neighbour, by patch,
-/// and the middles of those whose triangles run against each other.
-pub(super) fn joined(mesh: &TriangleMesh) -> (Joints, Vec<OpenBorder>, Vec<(usize, DVec3)>) {
+/// How the patches of a mesh with normals meet at the edges of its triangles; the edges without a neighbour, by patch,
+/// and those whose triangles run against each other.
+pub(super) fn joined(mesh: &TriangleMesh) -> (Joints, Faults) {
     let number = mesh.position_numbers();
     let mut sides: HashMap<[u32; 2], Vec<(usize, [u32; 2])>> = HashMap::new();
     for (patch, group) in mesh.groups.iter().enumerate() {
@@ -164,10 +164,11 @@ pub(super) fn joined(mesh: &TriangleMesh) -> (Joints, Vec<OpenBorder>, Vec<(usiz
     }
     // Where most of a joint does not agree one of its patches is inside out.
     let agree = |[a, b]: [usize; 2]| a == b || joints.neighbours[a].get(&b).is_none_or(|agreeing| *agreeing > 0.0);
-    let against = against.into_iter().filter(|(patches, _)| agree(*patches)).map(|(patches, at)| (patches[0], at));
+    let against =
+        against.into_iter().filter(|(patches, _)| agree(*patches)).map(|(patches, at)| (patches[0], at.to_array()));
     let against = against.collect();
-    let borders = (0..open.len()).filter_map(|patch| border(&open, &shared, patch)).collect();
-    (joints, borders, against)
+    let open = (0..open.len()).filter_map(|patch| border(&open, &shared, patch)).collect();
+    (joints, Faults { open, against })
 }
 
 /// The edges of a patch that have no neighbour, as one border.
