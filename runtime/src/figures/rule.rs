@@ -1,7 +1,7 @@
 //! Quadrature: places of a patch and weights in (u, v).
 
 use super::integrals::Sums;
-use crate::model::{Breaks, EvaluationError, Instance, Partials, Tessellation, spans};
+use crate::model::{Bracket, Breaks, EvaluationError, Instance, Partials, Tessellation, narrow, spans};
 use glam::{DVec2, DVec3};
 use std::collections::HashMap;
 
@@ -330,11 +330,10 @@ fn poles(
     Ok(poles)
 }
 
-/// Halvings of the way from a chord to the edge.
-const HALVINGS: usize = 45;
+/// How far the place of an edge is narrowed, as a part of the way that is looked at from a chord: to rounding.
+const EXACT: f64 = 3e-14;
 
-/// The middles of the edges over chords: across the chord from its middle, at most a quarter of its length away. By
-/// halving: beyond an edge the function may be level.
+/// The middles of the edges over chords: across the chord from its middle, at most a quarter of its length away.
 fn middles(
     instance: &dyn Instance,
     patch: usize,
@@ -356,28 +355,24 @@ fn middles(
         keeps_at(instance, keep, &starts)?,
         keeps_at(instance, keep, &beside(1.0))?,
     ];
-    // Where the surface is not there, and where it is.
-    let mut brackets: Vec<Option<[f64; 2]>> = (0..edges.len())
-        .map(|i| match [outside[i] > 0.0, here[i] > 0.0, inside[i] > 0.0] {
-            [_, false, true] => Some([0.0, 1.0]),
-            [false, true, _] => Some([-1.0, 0.0]),
-            _ => None,
-        })
-        .collect();
+    // From where the surface is not there to where it is.
+    let bracket = |i: usize| {
+        let ends = match [outside[i] > 0.0, here[i] > 0.0, inside[i] > 0.0] {
+            [_, false, true] => Bracket { from: 0.0, to: 1.0, values: [here[i], inside[i]] },
+            [false, true, _] => Bracket { from: -1.0, to: 0.0, values: [outside[i], here[i]] },
+            _ => return None,
+        };
+        across[i].is_finite().then_some((i, ends))
+    };
     let at = |i: usize, s: f64| (starts[i] + s * across[i]).clamp(DVec2::ZERO, DVec2::ONE);
-    let bracketed: Vec<usize> = (0..edges.len()).filter(|i| brackets[*i].is_some() && across[*i].is_finite()).collect();
-    for _ in 0..HALVINGS {
-        let halves: Vec<f64> = bracketed.iter().map(|i| brackets[*i].map_or(0.0, |[a, b]| 0.5 * (a + b))).collect();
-        let places: Vec<DVec2> = bracketed.iter().zip(&halves).map(|(i, s)| at(*i, *s)).collect();
-        let values = keeps_at(instance, keep, &places)?;
-        for ((i, s), value) in bracketed.iter().zip(halves).zip(values) {
-            if let Some(bracket) = &mut brackets[*i] {
-                bracket[usize::from(value > 0.0)] = s;
-            }
-        }
-    }
-    let middle = |i: usize| brackets[i].filter(|_| across[i].is_finite()).map(|[_, there]| at(i, there));
-    Ok((0..edges.len()).map(middle).collect())
+    let (bracketed, mut zeros): (Vec<usize>, Vec<Bracket>) = (0..edges.len()).filter_map(bracket).unzip();
+    narrow(&mut zeros, EXACT, |which, s| {
+        let places: Vec<DVec2> = which.iter().zip(s).map(|(k, s)| at(bracketed[*k], *s)).collect();
+        keeps_at(instance, keep, &places)
+    })?;
+    let mut middles = vec![None; edges.len()];
+    bracketed.into_iter().zip(zeros).for_each(|(i, zero)| middles[i] = Some(at(i, zero.to)));
+    Ok(middles)
 }
 
 /// A way in (u, v) as one in space.

@@ -22,6 +22,7 @@ mod surface;
 mod tessellation;
 mod texels;
 mod winding;
+mod zeros;
 
 pub use atlas::{Atlas, AtlasError, Chart, LARGEST, SMALLEST};
 pub(crate) use breaks::spans;
@@ -43,3 +44,4 @@ pub(crate) use tessellation::unit_normals;
 pub use tessellation::{Fineness, SurfacePoint, Tessellation};
 pub use texels::Texels;
 pub(crate) use winding::Winding;
+pub(crate) use zeros::{Bracket, narrow};

@@ -6,7 +6,7 @@
 use super::intervals::{Axes, Interval};
 use super::piece::scattered;
 use super::stand::sign;
-use crate::model::{EvaluationError, Instance};
+use crate::model::{Bracket, EvaluationError, Instance, narrow};
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -21,9 +21,12 @@ const STEPS: usize = 32;
 const HALVINGS: usize = 5;
 /// How much faster than distances the function may change; as in `hidden`.
 const STEEPEST: f64 = 1.5;
-/// Bisections of a zero: to some 1e-8 of the axis for all, and on to the rounding for those that several probes share.
-const ROUGH_BISECTIONS: usize = 20;
-const BISECTIONS: usize = 30;
+/// By how much the function may differ at the places of all probes where it is level. Millimetres: far above rounding,
+/// far below that by which surfaces that coincide are told apart.
+const LEVEL: f64 = 1e-10;
+/// How far zeros are narrowed, in parts of the axis: all of them, and to rounding those that several probes share.
+const ROUGH: f64 = 3e-8;
+const EXACT: f64 = 1e-16;
 /// Zeros of several probes are those of one line if they are so near to each other, in parts of the axis: roughly, and
 /// when they are exact.
 const ROUGHLY: f64 = 1e-6;
@@ -33,47 +36,48 @@ const APART: f64 = 1e-7;
 /// The most lines that are added along an axis: those that most probes meet. A patch with more has letters on it.
 const MOST_LINES: usize = 64;
 
-/// A stretch of a probe, along the axis; the function's values at its ends and its length in space. Millimetres.
+/// A stretch of a probe, along the axis, with the function's values at its ends and its length in space. Millimetres.
 struct Stretch {
     at: f64,
-    from: f64,
-    to: f64,
-    values: [f64; 2],
+    ends: Bracket,
     length: f64,
 }
 
 impl Stretch {
     fn changes_sign(&self) -> bool {
-        sign(self.values[0]) * sign(self.values[1]) < 0
+        sign(self.ends.values[0]) * sign(self.ends.values[1]) < 0
     }
 
     /// Whether zeros may lie in it that the signs at its ends do not show.
     fn may_hide(&self) -> bool {
-        self.values[0].abs() + self.values[1].abs() < STEEPEST * self.length
+        self.ends.values[0].abs() + self.ends.values[1].abs() < STEEPEST * self.length
     }
 }
 
-/// Adds to the grids of trimmed patches the lines along which edges of what is there run; `keeps` has, by patch, the
-/// patch of the function.
+/// By patch, the values of u and of v along which edges of what is there run; `keeps` has, by patch, the patch of the
+/// function.
 ///
 /// # Errors
 /// The surface, or where it is there, cannot be evaluated.
-pub(super) fn add_lines(
+pub(super) fn edges(
     instance: &dyn Instance,
     keeps: &[Option<usize>],
-    axes: &mut [Axes],
-) -> Result<(), EvaluationError> {
-    let of_patch = |(patch, axes): (usize, &mut Axes)| -> Result<(), EvaluationError> {
-        let Some(keep) = keeps[patch] else { return Ok(()) };
+) -> Result<Vec<[Vec<f64>; 2]>, EvaluationError> {
+    let of_patch = |(patch, keep): (usize, &Option<usize>)| -> Result<[Vec<f64>; 2], EvaluationError> {
         let mut lines: [Vec<f64>; 2] = Default::default();
+        let Some(keep) = *keep else { return Ok(lines) };
         for k in [0, 1, 0, 1] {
             // Edges that end at lines across them may be short for the patch.
             lines[k] = Function { instance, patch, keep, k }.lines(&lines[1 - k])?;
         }
-        lines.into_iter().zip(axes).for_each(|(lines, axis)| lines.into_iter().for_each(|line| insert(axis, line)));
-        Ok(())
+        Ok(lines)
     };
-    axes.par_iter_mut().enumerate().map(of_patch).collect::<Vec<_>>().into_iter().collect()
+    keeps.par_iter().enumerate().map(of_patch).collect::<Vec<_>>().into_iter().collect()
+}
+
+/// Adds lines to the grid of a patch.
+pub(super) fn insert_all(lines: &[Vec<f64>; 2], axes: &mut Axes) {
+    lines.iter().zip(axes).for_each(|(lines, axis)| lines.iter().for_each(|line| insert(axis, *line)));
 }
 
 /// Divides the interval of an axis that a value lies in there.
@@ -105,33 +109,33 @@ impl Function<'_> {
             probes.extend(ends.windows(2).flat_map(between));
         }
         let mut zeros = self.zeros(&probes)?;
-        self.bisect(&mut zeros, ROUGH_BISECTIONS)?;
-        zeros.sort_by(|a, b| a.from.total_cmp(&b.from));
+        self.narrow(&mut zeros, ROUGH)?;
+        zeros.sort_by(|a, b| a.ends.from.total_cmp(&b.ends.from));
         let mut shared: Vec<Stretch> = Vec::new();
         let mut rest = zeros.into_iter().peekable();
         while let Some(first) = rest.next() {
             let mut group = vec![first];
-            while let Some(next) = rest.next_if(|next| next.from - group[group.len() - 1].from < ROUGHLY) {
+            while let Some(next) = rest.next_if(|next| next.ends.from - group[group.len() - 1].ends.from < ROUGHLY) {
                 group.push(next);
             }
             if group.len() > 1 {
                 shared.extend(group);
             }
         }
-        self.bisect(&mut shared, BISECTIONS)?;
-        shared.sort_by(|a, b| a.from.total_cmp(&b.from));
+        self.narrow(&mut shared, EXACT)?;
+        shared.sort_by(|a, b| a.ends.from.total_cmp(&b.ends.from));
         let mut lines: Vec<(usize, &Stretch)> = Vec::new();
-        for of_line in shared.chunk_by(|a, b| b.from - a.from < SAME) {
+        for of_line in shared.chunk_by(|a, b| b.ends.from - a.ends.from < SAME) {
             lines.push((of_line.len(), &of_line[0]));
         }
         lines.retain(|(probes, _)| *probes > 1);
         // Where the function jumps there is no place that is on the edge.
-        let values = self.values(lines.iter().map(|(_, zero)| (zero.from, zero.at)))?;
+        let values = self.values(lines.iter().map(|(_, zero)| (zero.ends.from, zero.at)))?;
         let mut on_edge = values.into_iter().map(|value| sign(value) == 0);
         lines.retain(|_| on_edge.next().unwrap_or(false));
-        lines.sort_by(|a, b| b.0.cmp(&a.0).then(a.1.from.total_cmp(&b.1.from)));
+        lines.sort_by(|a, b| b.0.cmp(&a.0).then(a.1.ends.from.total_cmp(&b.1.ends.from)));
         lines.truncate(MOST_LINES);
-        let mut lines: Vec<f64> = lines.into_iter().map(|(_, zero)| zero.from).collect();
+        let mut lines: Vec<f64> = lines.into_iter().map(|(_, zero)| zero.ends.from).collect();
         lines.sort_by(f64::total_cmp);
         Ok(lines)
     }
@@ -145,14 +149,17 @@ impl Function<'_> {
         };
         let sites: Vec<(f64, f64)> =
             probes.iter().flat_map(|probe| (0..=STEPS).map(move |i| (step(i), *probe))).collect();
-        let (values, points) = (self.values(sites.iter().copied())?, self.points(&sites)?);
+        let values = self.values(sites.iter().copied())?;
+        // Nor does a surface end that lies in another one as a whole, as the end of a drill does in the face of a plate.
+        if values.iter().all(|value| (value - values[0]).abs() < LEVEL) {
+            return Ok(Vec::new());
+        }
+        let points = self.points(&sites)?;
         let mut open: Vec<Stretch> = (0..sites.len())
             .filter(|i| i % (STEPS + 1) < STEPS)
             .map(|i| Stretch {
                 at: sites[i].1,
-                from: sites[i].0,
-                to: sites[i + 1].0,
-                values: [values[i], values[i + 1]],
+                ends: Bracket { from: sites[i].0, to: sites[i + 1].0, values: [values[i], values[i + 1]] },
                 length: points[i].distance(points[i + 1]),
             })
             .collect();
@@ -161,31 +168,23 @@ impl Function<'_> {
             let (found, clear): (Vec<_>, Vec<_>) = open.into_iter().partition(Stretch::changes_sign);
             zeros.extend(found);
             open = clear.into_iter().filter(|stretch| halving < HALVINGS && stretch.may_hide()).collect();
-            let middles = self.values(open.iter().map(|s| (0.5 * (s.from + s.to), s.at)))?;
+            let middles = self.values(open.iter().map(|s| (s.ends.middle(), s.at)))?;
             let halves = |(s, value): (Stretch, f64)| {
-                let (middle, length) = (0.5 * (s.from + s.to), 0.5 * s.length);
-                let before = Stretch { to: middle, values: [s.values[0], value], length, ..s };
-                let after = Stretch { from: middle, values: [value, s.values[1]], length, ..s };
-                [before, after]
+                let (Bracket { from, to, values }, middle) = (s.ends, s.ends.middle());
+                let before = Bracket { from, to: middle, values: [values[0], value] };
+                let after = Bracket { from: middle, to, values: [value, values[1]] };
+                [before, after].map(|ends| Stretch { at: s.at, ends, length: 0.5 * s.length })
             };
             open = open.into_iter().zip(middles).flat_map(halves).collect();
         }
         Ok(zeros)
     }
 
-    /// Halves stretches around the zero in each, some times.
-    fn bisect(&self, zeros: &mut [Stretch], times: usize) -> Result<(), EvaluationError> {
-        for _ in 0..times {
-            let middles = self.values(zeros.iter().map(|s| (0.5 * (s.from + s.to), s.at)))?;
-            for (s, value) in zeros.iter_mut().zip(middles) {
-                let middle = 0.5 * (s.from + s.to);
-                if (value > 0.0) == (s.values[0] > 0.0) {
-                    (s.from, s.values[0]) = (middle, value);
-                } else {
-                    (s.to, s.values[1]) = (middle, value);
-                }
-            }
-        }
+    /// Narrows stretches about the zero in each.
+    fn narrow(&self, zeros: &mut [Stretch], width: f64) -> Result<(), EvaluationError> {
+        let mut ends: Vec<Bracket> = zeros.iter().map(|s| s.ends).collect();
+        narrow(&mut ends, width, |which, at| self.values(which.iter().zip(at).map(|(k, at)| (*at, zeros[*k].at))))?;
+        zeros.iter_mut().zip(ends).for_each(|(s, ends)| s.ends = ends);
         Ok(())
     }
 

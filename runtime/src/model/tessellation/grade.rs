@@ -13,6 +13,9 @@ use std::collections::{BTreeMap, BTreeSet};
 /// Places of a patch, and of a whole model at most: what is wider than a thousandth along u or v is met.
 const PLACES: usize = 20_000;
 const MOST_PLACES: usize = 2_000_000;
+/// Of small patches fewer, for each chord of the longest line: what leaves the surface clearly over less than half a
+/// chord, of which this leaves 20 places, is steeper than any bead is.
+const PLACES_A_CHORD: f64 = 50.0;
 /// The most cells of a patch's grid that steps are halved for.
 const MOST_CELLS: usize = 10_000_000;
 /// Places in every step that is new.
@@ -54,7 +57,8 @@ pub(super) fn grade(
     chord: f64,
     patches: usize,
 ) -> Result<(), EvaluationError> {
-    let count = (MOST_PLACES / patches).min(PLACES);
+    let of_length = (PLACES_A_CHORD * longest_line(instance, patch)? / chord).ceil() as usize;
+    let count = (MOST_PLACES / patches).min(PLACES).min(of_length);
     let mut scattered = (1..).map(|k| DVec2::from_array(scattered(f64::from(k), [0.0; 2])));
     let mut places: Vec<Place> = scattered.by_ref().take(count).map(place).collect();
     for _ in 0..ROUNDS {
@@ -99,6 +103,26 @@ pub(super) fn grade(
         }
     }
     Ok(())
+}
+
+/// The length of the longest of some lines of a patch along u and along v, by chords. Millimetres.
+fn longest_line(instance: &dyn Instance, patch: usize) -> Result<f64, EvaluationError> {
+    const ACROSS: usize = 5;
+    const ALONG: usize = 24;
+    let part = |i: usize, n: usize| i as f64 / n as f64;
+    let line = |k: usize, line: usize| {
+        (0..=ALONG).map(move |i| {
+            let (along, across) = (part(i, ALONG), part(line, ACROSS - 1));
+            if k == 0 { (along, across) } else { (across, along) }
+        })
+    };
+    let (u, v): (Vec<f64>, Vec<f64>) = (0..2).flat_map(|k| (0..ACROSS).flat_map(move |i| line(k, i))).unzip();
+    let mut points = vec![[0.0; 3]; u.len()];
+    instance.points(patch, &u, &v, &mut points)?;
+    let length = |line: &[[f64; 3]]| -> f64 {
+        line.windows(2).map(|w| DVec3::from_array(w[0]).distance(DVec3::from_array(w[1]))).sum()
+    };
+    Ok(points.chunks_exact(ALONG + 1).map(length).fold(0.0, f64::max))
 }
 
 /// Whether the surface leaves the cells of some places by more than a distance (millimetres) anywhere.

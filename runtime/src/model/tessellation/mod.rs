@@ -114,8 +114,10 @@ impl Tessellation {
     /// # Errors
     /// The surface cannot be evaluated.
     pub fn relative(model: &dyn Model, instance: &dyn Instance, chord: f64) -> Result<Self, EvaluationError> {
-        let diagonal = Self::rough_diagonal(model, instance, 8)?;
-        Self::new(model, instance, Fineness { chord: chord * diagonal, ..Fineness::default() })
+        let lines = Lines::find(model, instance)?;
+        let diagonal = Self::diagonal_by(model, instance, 8, &lines)?;
+        let fineness = Fineness { chord: chord * diagonal, ..Fineness::default() };
+        Self::along_lines(model, instance, fineness, &lines, &Silent)
     }
 
     /// As [`new`](Self::new), and reports how far it is.
@@ -129,10 +131,21 @@ impl Tessellation {
         progress: &dyn Progress,
     ) -> Result<Self, EvaluationError> {
         progress.report("meshing", f64::NAN, "");
-        let (breaks, mut axes) = divided(model, instance, fineness)?;
-        let keeps: Vec<Option<usize>> = (0..axes.len()).map(|patch| model.keep(patch)).collect();
-        along::add_lines(instance, &keeps, &mut axes)?;
-        limit(&mut axes, &breaks, fineness.max_triangles);
+        Self::along_lines(model, instance, fineness, &Lines::find(model, instance)?, progress)
+    }
+
+    /// The same, with grids along some lines.
+    fn along_lines(
+        model: &dyn Model,
+        instance: &dyn Instance,
+        fineness: Fineness,
+        lines: &Lines,
+        progress: &dyn Progress,
+    ) -> Result<Self, EvaluationError> {
+        let Lines { breaks, keeps, edges } = lines;
+        let mut axes = divided(instance, breaks, fineness)?;
+        edges.iter().zip(&mut axes).for_each(|(edges, axes)| along::insert_all(edges, axes));
+        limit(&mut axes, breaks, fineness.max_triangles);
         let mut borders = Borders::find(instance, &axes)?;
         borders.keep_open(&mut axes);
         let (mut points, mut leaving) = grid::border_points(instance, &borders)?;
@@ -149,7 +162,7 @@ impl Tessellation {
             of_patch[first.patch].push((first, all));
         }
         let mut tessellation = Self::of_axes(instance, &axes, &of_patch, borders.tolerance)?;
-        tessellation.refine(instance, &axes, &breaks, borders.poles(axes.len()), fineness, (&keeps, progress))?;
+        tessellation.refine(instance, &axes, breaks, borders.poles(axes.len()), fineness, (keeps, progress))?;
         tessellation.group(model, &axes);
         Ok(tessellation)
     }
@@ -161,7 +174,7 @@ impl Tessellation {
         instance: &dyn Instance,
         fineness: Fineness,
     ) -> Result<Self, EvaluationError> {
-        let (_, axes) = divided(model, instance, fineness)?;
+        let axes = divided(instance, &breaks_of(model, instance)?, fineness)?;
         let mut tessellation = Self::of_axes(instance, &axes, &vec![Vec::new(); axes.len()], 0.0)?;
         tessellation.group(model, &axes);
         Ok(tessellation)
@@ -174,12 +187,22 @@ impl Tessellation {
     /// # Errors
     /// The surface cannot be evaluated.
     pub fn rough_diagonal(model: &dyn Model, instance: &dyn Instance, segments: u32) -> Result<f64, EvaluationError> {
+        Self::diagonal_by(model, instance, segments, &Lines::find(model, instance)?)
+    }
+
+    /// The same, with grids along some lines.
+    fn diagonal_by(
+        model: &dyn Model,
+        instance: &dyn Instance,
+        segments: u32,
+        lines: &Lines,
+    ) -> Result<f64, EvaluationError> {
         let whole = Self::uniform(model, instance, segments, segments)?.mesh.bounds().diagonal();
         if !model.is_trimmed() {
             return Ok(whole);
         }
         let fineness = Fineness { chord: f64::INFINITY, max_segments: segments, ..Fineness::default() };
-        let there = Self::new(model, instance, fineness)?.mesh;
+        let there = Self::along_lines(model, instance, fineness, lines, &Silent)?.mesh;
         if there.triangles.is_empty() {
             return Ok(whole);
         }
@@ -296,24 +319,46 @@ impl Tessellation {
     }
 }
 
-/// The breaks of all patches, and their intervals divided.
-fn divided(
-    model: &dyn Model,
-    instance: &dyn Instance,
-    fineness: Fineness,
-) -> Result<(Vec<Breaks>, Vec<Axes>), EvaluationError> {
-    let patches = model.parts().len();
-    let of_patch = |patch: usize| {
-        let breaks = Breaks::of_patch(instance, patch)?;
-        let mut axes = intervals::of_patch(instance, patch, &breaks)?;
+/// What grids follow, whatever their fineness.
+struct Lines {
+    /// By patch.
+    breaks: Vec<Breaks>,
+    /// By patch, the patch of the function of where it is there, if it is trimmed.
+    keeps: Vec<Option<usize>>,
+    /// By patch, the values of u and of v along which edges of what is there run.
+    edges: Vec<[Vec<f64>; 2]>,
+}
+
+impl Lines {
+    fn find(model: &dyn Model, instance: &dyn Instance) -> Result<Self, EvaluationError> {
+        let keeps: Vec<Option<usize>> = (0..model.parts().len()).map(|patch| model.keep(patch)).collect();
+        Ok(Self { breaks: breaks_of(model, instance)?, edges: along::edges(instance, &keeps)?, keeps })
+    }
+}
+
+/// The breaks of all patches.
+fn breaks_of(model: &dyn Model, instance: &dyn Instance) -> Result<Vec<Breaks>, EvaluationError> {
+    let of_patch = |patch| Breaks::of_patch(instance, patch);
+    (0..model.parts().len()).into_par_iter().map(of_patch).collect::<Vec<_>>().into_iter().collect()
+}
+
+/// The intervals between the breaks of all patches, divided.
+fn divided(instance: &dyn Instance, breaks: &[Breaks], fineness: Fineness) -> Result<Vec<Axes>, EvaluationError> {
+    let patches = breaks.len();
+    let of_patch = |(patch, breaks): (usize, &Breaks)| {
+        let mut axes = intervals::of_patch(instance, patch, breaks)?;
+        // One step each keeps to any chord.
+        if fineness.chord == f64::INFINITY && fineness.edge == f64::INFINITY {
+            return Ok(axes);
+        }
         intervals::divide(instance, patch, &mut axes, fineness)?;
         if breaks.oblique {
             resolve(instance, patch, &mut axes, fineness.chord)?;
         }
         grade(instance, patch, &mut axes, breaks.oblique, fineness.chord, patches)?;
-        Ok((breaks, axes))
+        Ok(axes)
     };
-    (0..patches).into_par_iter().map(of_patch).collect::<Vec<_>>().into_iter().collect()
+    breaks.par_iter().enumerate().map(of_patch).collect::<Vec<_>>().into_iter().collect()
 }
 
 /// Makes grids coarser where all of them would have too many triangles, or those of patches with creases across.

@@ -5,12 +5,12 @@ use super::level::{LEVEL_BELOW, is_level};
 use super::measure::PLACES;
 use super::refine::{Refinement, between};
 use super::stitch::step;
-use crate::model::{EvaluationError, Partials};
+use crate::model::{Bracket, EvaluationError, Partials, narrow};
 use glam::DVec3;
 use std::collections::HashMap;
 
-/// Bisections of a zero on a side where it only says whether the edge is straight.
-const ROUGH_BISECTIONS: usize = 30;
+/// How far the zero on a side is narrowed where it only says whether the edge is straight, as a part of the side.
+const ROUGH: f64 = 1e-9;
 /// Where between the crossings of an edge its straightness is asked for.
 const ALONG: [f64; 3] = [0.25, 0.5, 0.75];
 /// Newton's steps from where a place on the line between them is roughly in (u, v): that is off by the square of the
@@ -77,7 +77,7 @@ impl Refinement<'_> {
         for (k, values) in values.chunks_exact(places.len()).enumerate() {
             let stand = self.stand(triangles[k], values, &places);
             if stand == Stand::Crossed {
-                crossed.push((k, [0, 1, 2].map(|c| sign(values[c]))));
+                crossed.push((k, [values[0], values[1], values[2]]));
             }
             level.extend((stand == Stand::Level).then_some((k, (triangles[k], values))));
             stands.push(stand);
@@ -86,15 +86,15 @@ impl Refinement<'_> {
         for ((k, _), ends) in level.iter().zip(self.end_beside_level(&with_level, &places, keeps)?) {
             stands[*k] = if ends { Stand::Unclear } else { Stand::Clear };
         }
-        let sides: Vec<(usize, [i8; 3])> = crossed.iter().map(|(k, signs)| (triangles[*k], *signs)).collect();
+        let sides: Vec<(usize, [f64; 3])> = crossed.iter().map(|(k, values)| (triangles[*k], *values)).collect();
         let mut bent = HashMap::new();
         let mut divided = HashMap::new();
-        for ((k, signs), (straight, crossings)) in crossed.iter().zip(self.are_straight(&sides, keeps)?) {
+        for ((k, at_corners), (straight, crossings)) in crossed.iter().zip(self.are_straight(&sides, keeps)?) {
             if self.longest_side(triangles[*k]) <= self.chord {
                 continue;
             }
             let values = &values[k * places.len()..][..places.len()];
-            let line = self.line(triangles[*k], *signs, crossings);
+            let line = self.line(triangles[*k], at_corners.map(sign), crossings);
             if !straight {
                 stands[*k] = Stand::Unclear;
                 bent.insert(*k, crossings);
@@ -205,29 +205,29 @@ impl Refinement<'_> {
     }
 
     /// Whether the edge of what is there is straight in triangles with one corner on the other side than both others:
-    /// by the sides of places beside the line between its two crossings. What is there at the corners is given.
+    /// by the sides of places beside the line between its two crossings. The values at the corners are given.
     fn are_straight(
         &self,
-        triangles: &[(usize, [i8; 3])],
+        triangles: &[(usize, [f64; 3])],
         keeps: &[Option<usize>],
     ) -> Result<Vec<(bool, Crossings)>, EvaluationError> {
         let numbers: Vec<usize> = triangles.iter().map(|(t, _)| *t).collect();
-        let lone: Vec<usize> = triangles.iter().map(|(_, signs)| lone(*signs)).collect();
-        let is_there = |k: usize| triangles[k].1[lone[k]] > 0;
+        let lone: Vec<usize> = triangles.iter().map(|(_, values)| lone(values.map(sign))).collect();
+        let is_there = |k: usize| triangles[k].1[lone[k]] > 0.0;
         let crossings = [1, 2].map(|turn| -> Result<Vec<[f64; 3]>, EvaluationError> {
-            let on_edge = |k: usize| triangles[k].1[(lone[k] + turn) % 3] == 0;
-            let mut range: Vec<(f64, f64)> =
-                (0..triangles.len()).map(|k| if on_edge(k) { (1.0, 1.0) } else { (0.0, 1.0) }).collect();
+            let side = |(k, (_, values)): (usize, &(usize, [f64; 3]))| {
+                let values = [values[lone[k]], values[(lone[k] + turn) % 3]];
+                // From a corner that is on the edge there is nothing to go.
+                Bracket { from: if sign(values[1]) == 0 { 1.0 } else { 0.0 }, to: 1.0, values }
+            };
+            let mut zeros: Vec<Bracket> = triangles.iter().enumerate().map(side).collect();
             let place = |k: usize, s: f64| between(CORNERS[lone[k]], CORNERS[(lone[k] + turn) % 3], s);
-            for _ in 0..ROUGH_BISECTIONS {
-                let places: Vec<_> = range.iter().enumerate().map(|(k, (a, b))| place(k, 0.5 * (a + b))).collect();
-                for (k, value) in self.values_at(&numbers, &places, keeps)?.into_iter().enumerate() {
-                    let (low, high) = &mut range[k];
-                    let middle = 0.5 * (*low + *high);
-                    *if (value > 0.0) == is_there(k) { low } else { high } = middle;
-                }
-            }
-            Ok(range.iter().enumerate().map(|(k, (a, b))| place(k, 0.5 * (a + b))).collect())
+            narrow(&mut zeros, ROUGH, |which, at| {
+                let of: Vec<usize> = which.iter().map(|k| numbers[*k]).collect();
+                let places: Vec<_> = which.iter().zip(at).map(|(k, s)| place(*k, *s)).collect();
+                self.values_at(&of, &places, keeps)
+            })?;
+            Ok(zeros.iter().enumerate().map(|(k, zero)| place(k, zero.middle())).collect())
         });
         let [first, second] = crossings;
         let (first, second) = (first?, second?);

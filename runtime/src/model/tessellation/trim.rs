@@ -10,7 +10,7 @@ use super::refine::{Edge, Points, Refinement, mix};
 use super::stand::{CORNERS, Crossings, Stand, sign};
 use super::stitch;
 use crate::mesh::retain_marked;
-use crate::model::EvaluationError;
+use crate::model::{Bracket, EvaluationError, narrow};
 use rayon::prelude::*;
 use std::collections::HashMap;
 
@@ -20,8 +20,8 @@ const COARSEST: f64 = 0.01;
 const ROUNDS: usize = 40;
 /// Triangles that one thread looks at: enough that evaluating many places at once pays.
 const BATCH: usize = 512;
-/// Bisections of a zero on an edge: to the rounding of u and v.
-const BISECTIONS: usize = 50;
+/// How far the zero on an edge is narrowed, as a part of it: to the rounding of u and v.
+const EXACT: f64 = 1e-15;
 /// The least part of an edge that is cut off: nearer to a vertex the vertex itself counts as on the edge.
 const LEAST_PART: f64 = 1e-6;
 
@@ -217,15 +217,11 @@ impl Refinement<'_> {
             let all: Vec<usize> = (0..edges.len()).collect();
             let (first, last) = (at(&all, &vec![0.0; all.len()])?, at(&all, &vec![1.0; all.len()])?);
             let crossed: Vec<usize> = all.into_iter().filter(|k| sign(first[*k]) * sign(last[*k]) < 0).collect();
-            let (mut low, mut high) = (vec![0.0; crossed.len()], vec![1.0; crossed.len()]);
-            for _ in 0..BISECTIONS {
-                let middles: Vec<f64> = low.iter().zip(&high).map(|(a, b)| 0.5 * (a + b)).collect();
-                for (k, value) in at(&crossed, &middles)?.into_iter().enumerate() {
-                    let as_first = (value > 0.0) == (first[crossed[k]] > 0.0);
-                    *if as_first { &mut low[k] } else { &mut high[k] } = middles[k];
-                }
-            }
-            for (k, s) in crossed.iter().zip(low).filter(|(_, s)| *s > LEAST_PART && *s < 1.0 - LEAST_PART) {
+            let whole = |k: &usize| Bracket { from: 0.0, to: 1.0, values: [first[*k], last[*k]] };
+            let mut zeros: Vec<Bracket> = crossed.iter().map(whole).collect();
+            narrow(&mut zeros, EXACT, |which, s| at(&which.iter().map(|i| crossed[*i]).collect::<Vec<_>>(), s))?;
+            let is_inner = |s: &f64| *s > LEAST_PART && *s < 1.0 - LEAST_PART;
+            for (k, s) in crossed.iter().zip(zeros.iter().map(|zero| zero.from)).filter(|(_, s)| is_inner(s)) {
                 cuts.entry(edges[*k].0).or_insert(s);
             }
         }
