@@ -71,7 +71,7 @@ impl Program {
     pub fn measure(&self, measure: usize, x: &[f64], figures: &[f64]) -> Result<f64, EvaluationError> {
         let results = self.of_measure(measure, self.functions.measures[measure].value, [x, figures])?;
         let value = results.first().copied().filter(|value| value.is_finite());
-        value.ok_or_else(|| self.wrong_measure(measure, x, "its value is not finite"))
+        value.ok_or_else(|| self.wrong_measure(measure, x, "cannot be computed: its value is not finite"))
     }
 
     /// The derivative of a measure by every parameter, and then by every figure that it takes. Millimetres and
@@ -90,7 +90,7 @@ impl Program {
         match gradient.iter().position(|slope| !slope.is_finite()) {
             Some(i) => {
                 let by = self.parameters.get(i).map_or("the parts", |p| &p.name);
-                Err(self.wrong_measure(measure, x, &format!("its derivative by '{by}' is not finite")))
+                Err(self.wrong_measure(measure, x, &format!("has no derivatives here: that by '{by}' is not finite")))
             }
             None => Ok(gradient),
         }
@@ -108,7 +108,7 @@ impl Program {
         let Some(function) = self.functions.measures[measure].limits else { return Ok(None) };
         match self.of_measure(measure, function, [x, &[]])?[..] {
             [lower, upper] if lower <= upper && lower.is_finite() && upper.is_finite() => Ok(Some([lower, upper])),
-            _ => Err(self.wrong_measure(measure, x, "its tolerance leaves nothing")),
+            _ => Err(self.wrong_measure(measure, x, "cannot be judged: its tolerance leaves nothing")),
         }
     }
 
@@ -122,16 +122,16 @@ impl Program {
         let args = [x, figures].concat();
         assert_eq!(args.len(), self.functions.module.function(function).params.len(), "a value for every figure");
         let run = interpret::run_real(&self.functions.module, function, &args, self.replay_limits());
-        run.map_err(|e| self.wrong_measure(measure, x, &e.to_string()))
+        run.map_err(|e| self.wrong_measure(measure, x, &format!("cannot be computed: {e}")))
     }
 
-    /// The error of a measure that cannot be computed at x.
+    /// The error of a measure at x: what is said of it, such as that it cannot be computed, with the reason.
     ///
     /// # Panics
     /// If there is no such measure.
     #[must_use]
-    pub fn wrong_measure(&self, measure: usize, x: &[f64], why: &str) -> EvaluationError {
+    pub fn wrong_measure(&self, measure: usize, x: &[f64], said: &str) -> EvaluationError {
         let Measure { name, span, .. } = &self.measures[measure];
-        self.error(Some(*span), &format!("the measure '{name}' cannot be computed: {why}"), &Place::of_model(x), None)
+        self.error(Some(*span), &format!("the measure '{name}' {said}"), &Place::of_model(x), None)
     }
 }

@@ -57,9 +57,7 @@ pub(super) fn check_areas(
         let expected = moved - *value;
         let by_gradient: f64 = gradient.iter().zip(&direction).map(|(slope, step)| slope * step).sum();
         if (by_gradient - expected).abs() > SAME * expected.abs() + ROUNDING * *value {
-            *slopes = Err("the derivatives of an area cannot be computed here: corners move within its surface, or \
-                           surfaces touch along its edge"
-                .to_owned());
+            *slopes = Err("corners move within the surface of an area, or surfaces touch along its edge".to_owned());
         }
     }
     Ok(())

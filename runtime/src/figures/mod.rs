@@ -3,6 +3,7 @@
 
 mod angle;
 mod checked;
+mod coincident;
 mod distance;
 mod enclosure;
 mod integrals;
@@ -61,13 +62,14 @@ pub fn measured(model: &dyn Model, x: &[f64]) -> Vec<Result<MeasureValue, Evalua
     };
     let measured = |k: usize| {
         let taken = model.figures_of(k).iter().map(|i| figures[*i as usize].as_ref());
-        let taken = taken.collect::<Result<Vec<_>, _>>().map_err(|why| model.wrong_measure(k, x, why))?;
+        let taken = taken.collect::<Result<Vec<_>, _>>().map_err(|why| model.wrong_measure(k, x, &format!("cannot be computed: {why}")))?;
         let values: Vec<f64> = taken.iter().map(|(value, _)| *value).collect();
         let value = model.measure(k, x, &values)?;
         let gradient = model.measure_gradient(k, x, &values).and_then(|mut gradient| {
             let by_figures = gradient.split_off(x.len());
             for (slope, (_, derivatives)) in by_figures.iter().zip(&taken).filter(|(slope, _)| **slope != 0.0) {
-                let derivatives = derivatives.as_ref().map_err(|why| model.wrong_measure(k, x, why))?;
+                let has_none = |why: &String| model.wrong_measure(k, x, &format!("has no derivatives here: {why}"));
+                let derivatives = derivatives.as_ref().map_err(has_none)?;
                 gradient.iter_mut().zip(derivatives).for_each(|(sum, derivative)| *sum += slope * derivative);
             }
             Ok(gradient)
@@ -111,6 +113,7 @@ fn of_parts(
         Ok((value, slopes.map(|slopes| slopes.into_iter().zip(quantities()).map(told).collect())))
     });
     let mut taken: Vec<_> = taken.collect();
+    coincident::check_sides(model, &*instance, figures, &mut taken)?;
     checked::check_areas(model, x, figures, &integrated, (size, &mut taken))?;
     Ok(taken)
 }

@@ -363,6 +363,49 @@ fn derivatives_of_areas_that_are_not_known_say_so() {
         let program = program(body);
         let measured = measured(&program, &program.defaults()).swap_remove(0).expect("a value");
         let why = measured.gradient.expect_err("no gradient").message;
-        assert!(why.contains("the derivatives of an area cannot be computed here"), "{why}");
+        assert!(why.contains("corners move within the surface of an area"), "{why}");
+    }
+}
+
+/// A drill that ends flush with a plate: as it grows nothing changes, and as it shrinks a skin is left. By one parameter
+/// for both there is a derivative; by two there is none, nor of what touches a face and is moved.
+#[test]
+fn where_surfaces_lie_in_each_other_derivatives_have_two_sides() {
+    let plate = |drill: &str| {
+        format!(
+            "param t: length = 5mm
+            param d: length = 5mm
+            measure material = volume(plate)
+            measure height = centroid(plate).z
+            part plate = box(width: 20mm, depth: 20mm, height: t) - {{hole: capped_cylinder(radius: 3mm, height: {drill})}}"
+        )
+    };
+    let area = 400.0 - 9.0 * PI;
+    agrees(&plate("t"), &[5.0, 5.0], &[(5.0 * area, &[area, 0.0]), (2.5, &[0.5, 0.0])], 1e-5);
+    // Deeper than the plate it is as well.
+    agrees(&plate("d + 1mm"), &[5.0, 5.0], &[(5.0 * area, &[area, 0.0])], 1e-5);
+    let blocks = "param t: length = 5mm
+        param d: length = 5mm
+        measure all = volume(blocks)
+        measure skin = area(blocks.top)
+        part blocks = box(width: 20mm, depth: 20mm, height: t)
+          + {second: box(width: 10mm, depth: 10mm, height: t).translate((10mm + d, 0mm, 0mm))}";
+    for (body, by) in [(plate("d"), ["'t'", "'t'"]), (blocks.to_owned(), ["'d'", ""])] {
+        let program = program(&body);
+        let values = |d: f64| -> Vec<_> {
+            measured(&program, &[5.0, d]).into_iter().map(|measured| measured.expect("a value")).collect()
+        };
+        let [shorter, here, longer] = [4.9, 5.0, 5.1].map(|d| values(d)[0].value);
+        assert!((longer - here - (here - shorter)).abs() > 1.0, "{shorter}, {here}, {longer}");
+        for (measured, by) in values(5.0).into_iter().zip(by) {
+            match measured.gradient {
+                Ok(gradient) => assert!(by.is_empty(), "{gradient:?}"),
+                Err(error) => assert!(
+                    !by.is_empty() && error.message.contains(&format!("that by {by} is another one on either side")),
+                    "{}",
+                    error.message
+                ),
+            }
+        }
     }
 }

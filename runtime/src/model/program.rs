@@ -58,8 +58,8 @@ impl Model for Program {
         Program::measure_gradient(self, measure, x, figures)
     }
 
-    fn wrong_measure(&self, measure: usize, x: &[f64], why: &str) -> EvaluationError {
-        Program::wrong_measure(self, measure, x, why)
+    fn wrong_measure(&self, measure: usize, x: &[f64], said: &str) -> EvaluationError {
+        Program::wrong_measure(self, measure, x, said)
     }
 
     fn measure_limits(&self, measure: usize, x: &[f64]) -> Result<Option<[f64; 2]>, EvaluationError> {

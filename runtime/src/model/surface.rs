@@ -96,10 +96,10 @@ pub trait Model: Sync {
     fn measure_gradient(&self, measure: usize, x: &[f64], figures: &[f64]) -> Result<Vec<f64>, EvaluationError> {
         self.measure(measure, x, figures).map(|_| Vec::new())
     }
-    /// The error of a measure that cannot be computed at x for a reason.
-    fn wrong_measure(&self, measure: usize, x: &[f64], why: &str) -> EvaluationError {
+    /// The error of a measure at x: what is said of it, such as that it cannot be computed, with the reason.
+    fn wrong_measure(&self, measure: usize, x: &[f64], said: &str) -> EvaluationError {
         let _ = x;
-        EvaluationError::new(format!("measure {measure}: {why}"))
+        EvaluationError::new(format!("measure {measure} {said}"))
     }
     /// What the tolerance of a measure allows about its value at x, if it has one: the lower and the upper limit.
     ///

@@ -266,24 +266,31 @@ pub(super) fn divide(
     // Rounding and terms of higher order.
     let most = 8.0 * 0.95 * fineness.chord;
     let alone = lattice.longest(0, axes, fineness, most, |bend, _| (most / bend.uu.abs()).sqrt());
-    let counts = |share: f64| {
-        let of_u: Vec<f64> = alone.iter().map(|step| share * step).collect();
+    let counts = |axis: &[Interval], steps: &[f64]| -> Vec<u32> {
+        let count = |(interval, step): (&Interval, &f64)| {
+            let n = ((interval.end() - interval.start()) / step).ceil();
+            // NaN becomes 1.
+            (n.max(1.0) as u32).min(fineness.max_segments.max(1))
+        };
+        axis.iter().zip(steps).map(count).collect()
+    };
+    let sum = |counts: &[u32]| counts.iter().map(|n| f64::from(*n)).sum::<f64>();
+    let (mut best, mut least) = (Default::default(), f64::INFINITY);
+    for k in 0..SHARES {
+        let of_u: Vec<f64> = alone.iter().map(|step| SHARE.powi(-k) * step).collect();
+        let in_u = counts(&axes[0], &of_u);
+        // With shorter steps of u there are only more of them.
+        if sum(&in_u) * axes[1].len() as f64 >= least {
+            break;
+        }
         let of_v = lattice.longest(1, axes, fineness, most, |bend, of| bend.longest_v(of_u[of], most));
-        [(&axes[0], of_u), (&axes[1], of_v)].map(|(axis, steps)| {
-            let count = |(interval, step): (&Interval, f64)| {
-                let n = ((interval.end() - interval.start()) / step).ceil();
-                // NaN becomes 1.
-                (n.max(1.0) as u32).min(fineness.max_segments.max(1))
-            };
-            axis.iter().zip(steps).map(count).collect::<Vec<u32>>()
-        })
-    };
-    let total = |counts: &[Vec<u32>; 2]| {
-        counts.each_ref().map(|axis| axis.iter().map(|n| f64::from(*n)).sum::<f64>()).iter().product::<f64>()
-    };
-    let tried = (0..SHARES).map(|k| counts(SHARE.powi(-k)));
-    let best = tried.min_by(|a, b| total(a).total_cmp(&total(b))).unwrap_or_default();
-    for (axis, best) in axes.iter_mut().zip(best) {
+        let in_v = counts(&axes[1], &of_v);
+        let total = sum(&in_u) * sum(&in_v);
+        if total < least {
+            (best, least) = ([in_u, in_v], total);
+        }
+    }
+    for (axis, best) in axes.iter_mut().zip::<[Vec<u32>; 2]>(best) {
         axis.iter_mut().zip(best).for_each(|(interval, segments)| interval.divide(segments as usize));
     }
     Ok(())

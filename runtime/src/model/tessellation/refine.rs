@@ -50,6 +50,9 @@ impl Refinement<'_> {
     /// # Errors
     /// The surface cannot be evaluated.
     pub(super) fn run(&mut self, progress: &dyn Progress) -> Result<f64, EvaluationError> {
+        if self.chord == f64::INFINITY {
+            return Ok(self.chord);
+        }
         let mut points = Points::of(self.mesh);
         let mut unmeasured: Vec<usize> = (0..self.mesh.triangles.len()).collect();
         let mut largest = 0.0_f64;
