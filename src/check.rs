@@ -1,10 +1,11 @@
 //! `gmlc check`.
 
 use crate::cli::CheckArgs;
+use crate::closedness::{self, Meeting};
 use crate::error::CommandError;
 use crate::provenance::Provenance;
 use crate::saved::SavedFit;
-use crate::{closedness, dimensions, findings, script, table};
+use crate::{dimensions, findings, script, table};
 use gml_compiler::check::lints;
 use gml_compiler::diagnostic::{Code, Diagnostic, Severity};
 use gml_compiler::program::{Compilation, Failed, Input, Parameter, Program, Quantity};
@@ -44,7 +45,7 @@ fn check(script: &Path, args: &CheckArgs) -> Result<(), CommandError> {
             };
             print!("{}", checked.tables(program));
             if let Some(closedness) = &checked.closedness {
-                print!("\n{}", closedness::line(program, closedness));
+                print!("\n{}", closedness::line(program, closedness, checked.overlap));
             }
         }
     }
@@ -92,6 +93,7 @@ fn compiled(script: &Path, args: &CheckArgs) -> Result<Checked, CommandError> {
         diagnostics: warnings,
         sources,
         closedness: None,
+        overlap: None,
     })
 }
 
@@ -110,6 +112,8 @@ struct Checked {
     sources: Sources,
     /// How the parts meet at these values; none where they cannot be evaluated.
     closedness: Option<Closedness>,
+    /// A place at which closed bodies lie in each other. Millimetres.
+    overlap: Option<[f64; 3]>,
 }
 
 /// An error for a model that cannot be meshed at its defaults.
@@ -142,9 +146,10 @@ impl Checked {
                     }
                     None
                 }
-                Ok((found, passages)) => {
+                Ok(Meeting { closedness, passages, overlap }) => {
                     self.diagnostics.extend(passages.iter().map(|p| closedness::passage_warning(program, p)));
-                    Some(found)
+                    self.overlap = overlap;
+                    Some(closedness)
                 }
             };
             self.diagnostics.extend(self.closedness.iter().flat_map(|c| closedness::warnings(program, c)));
@@ -222,6 +227,7 @@ fn library(errors: Failed) -> Checked {
         diagnostics,
         sources,
         closedness: None,
+        overlap: None,
     }
 }
 
@@ -284,6 +290,7 @@ fn document(checked: &Checked, ok: bool) -> Value {
                 "ok": ok, "model": p.name(), "parameters": p.parameters(), "values": checked.values, "inputs": p.inputs(), "parts": p.parts(),
                 "measures": dimensions::document(p, &checked.values, &checked.measured),
                 "closed": checked.closedness.as_ref().map(Closedness::is_closed), "open_borders": open,
+                "overlap": checked.overlap,
                 "diagnostics": diagnostics,
             })
         }

@@ -3,19 +3,60 @@
 use crate::table;
 use gml_compiler::diagnostic::{Code, Diagnostic};
 use gml_compiler::program::Program;
-use gml_runtime::model::{Closedness, EvaluationError, Model, OpenBorder, Passages};
+use gml_runtime::figures;
+use gml_runtime::mesh::TriangleMesh;
+use gml_runtime::model::{Closedness, EvaluationError, Instance, Model, OpenBorder, Passages, Tessellation};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// How the parts of a model meet at some values of its parameters, and what of them has passed through other walls.
+/// How the parts of a model meet.
+pub(crate) struct Meeting {
+    pub(crate) closedness: Closedness,
+    /// What of them has passed through other walls.
+    pub(crate) passages: Option<Passages>,
+    /// A place at which closed bodies lie in each other. Millimetres.
+    pub(crate) overlap: Option<[f64; 3]>,
+}
+
+/// How the parts of a model meet at some values of its parameters.
 ///
 /// # Errors
 /// The model cannot be evaluated there.
-pub(crate) fn of(program: &Program, values: &[f64]) -> Result<(Closedness, Option<Passages>), EvaluationError> {
+pub(crate) fn of(program: &Program, values: &[f64]) -> Result<Meeting, EvaluationError> {
     let instance = Model::instantiate(program, values)?;
     program.tolerances(values)?;
     let tessellation = Closedness::tessellation(program, &*instance)?;
     let closedness = Closedness::with_tessellation(program, &*instance, &tessellation)?;
-    Ok((closedness, Passages::with_tessellation(program, &*instance, &tessellation)?))
+    let passages = Passages::with_tessellation(program, &*instance, &tessellation)?;
+    let overlap = match closedness.is_closed() {
+        true => overlap(program, &*instance, &tessellation.mesh)?.and_then(|overlap| overlap.of_bodies),
+        false => None,
+    };
+    Ok(Meeting { closedness, passages, overlap })
+}
+
+/// Where the triangles of a closed mesh lie in each other.
+pub(crate) struct Overlap {
+    /// Millimetres.
+    pub(crate) place: [f64; 3],
+    /// The same of fine triangles; none where only the chord is too large for thin walls.
+    pub(crate) of_bodies: Option<[f64; 3]>,
+}
+
+/// The chord of triangles that decide whether bodies lie in each other, as a part of the model's diagonal.
+const FINE: f64 = 1e-4;
+
+/// Where the triangles of a model's closed mesh lie in each other, if they do.
+///
+/// # Errors
+/// The model cannot be evaluated.
+pub(crate) fn overlap(
+    program: &Program,
+    instance: &dyn Instance,
+    mesh: &TriangleMesh,
+) -> Result<Option<Overlap>, EvaluationError> {
+    let Some(place) = figures::overlap(mesh) else { return Ok(None) };
+    let of_bodies = figures::overlap(&Tessellation::relative(program, instance, FINE)?.mesh);
+    Ok(Some(Overlap { place, of_bodies }))
 }
 
 /// A warning of walls that pass through each other, said at the part that has most of it.
@@ -94,7 +135,7 @@ pub(crate) fn near(open: &OpenBorder) -> String {
 }
 
 /// Whether the parts enclose something, in a line.
-pub(crate) fn line(program: &Program, closedness: &Closedness) -> String {
+pub(crate) fn line(program: &Program, closedness: &Closedness, overlap: Option<[f64; 3]>) -> String {
     const MOST: usize = 8;
     if program.parts().is_empty() {
         return "the model has no parts\n".to_owned();
@@ -106,6 +147,13 @@ pub(crate) fn line(program: &Program, closedness: &Closedness) -> String {
         let name = &program.parts()[*flat].name;
         return format!(
             "flat: the borders of all parts meet, but those of '{name}' and its neighbours enclose nothing\n"
+        );
+    }
+    if let (true, Some(at)) = (closedness.is_closed(), overlap) {
+        return format!(
+            "closed: the borders of all parts meet; but near {} bodies lie in each other, and have no volume together ('+' \
+             makes solids one)\n",
+            table::place(at)
         );
     }
     if closedness.is_closed() {

@@ -1,7 +1,7 @@
 //! `gmlc mesh`.
 
 use crate::cli::MeshArgs;
-use crate::closedness::near;
+use crate::closedness::{self, Overlap, near};
 use crate::error::CommandError;
 use crate::outputs;
 use crate::picture::{self, Framing};
@@ -105,10 +105,14 @@ fn write_surface(
     let recorded = Recorded { mesh, attributes: &Attributes::default(), grids: &[], unit: Unit::Mm };
     outputs::write_scan(&args.output, &recorded, ScanFormat::Mesh(format))?;
     let mut warnings = warnings(&tessellation, chord, format, passages.map(|passages| passages.sentence()));
+    let faults = Faults::of_mesh(mesh);
     if program.is_trimmed() {
-        let faults = Faults::of_mesh(mesh);
         warnings.extend(gap(program, mesh, &faults.open));
         warnings.extend(fold(program, &faults.against));
+    }
+    if faults.open.is_empty() {
+        let overlap = closedness::overlap(program, instance, mesh).map_err(CommandError::failed)?;
+        warnings.extend(overlap.map(|overlap| overlapping(&overlap)));
     }
     let vertices = mesh.position_numbers().into_iter().max().map_or(0, |last| last + 1);
     let (triangles, parts) = (mesh.triangles.len(), mesh.groups.len());
@@ -201,6 +205,19 @@ fn kind(args: &MeshArgs) -> Result<Kind, CommandError> {
     }
     let named = args.format.as_deref().and_then(MeshFormat::named);
     outputs::format_of(&args.output, named, MeshFormat::of, ".obj, .ply, .stl or .png").map(Kind::Mesh)
+}
+
+/// A sentence on where triangles lie in each other.
+fn overlapping(overlap: &Overlap) -> String {
+    let place = table::place(overlap.place);
+    match overlap.of_bodies {
+        Some(_) => format!("near {place} bodies lie in each other, and have no volume together; '+' makes solids one"),
+        None => {
+            format!(
+                "near {place} triangles pass through each other, as the walls are thin for this --chord: a smaller one mends it"
+            )
+        }
+    }
 }
 
 /// A sentence on triangles that run against their neighbours.

@@ -214,6 +214,58 @@ fn bodies_that_enclose_nothing_are_not_closed() {
     assert_eq!(checked("model m { part b = box(width: 1m, depth: 1m, height: 0.001mm) }\n", &[])["closed"], true);
 }
 
+/// Two boxes that stand side by side as parts of their own: the faces in which they touch meet along all of their
+/// borders, and are no flat body.
+#[test]
+fn parts_that_touch_are_closed_and_parts_in_each_other_are_said() {
+    let folder = tempdir().expect("a folder");
+    let second = |x: &str| format!("part a = box()\n  part b = box().translate(({x}, 0mm, 0mm))");
+    let on_each_other = "part a = capped_cylinder(radius: 5mm, height: 10mm)
+  part b = capped_cylinder(radius: 5mm, height: 10mm).translate((0mm, 0mm, 10mm))";
+    // A peg in a hole that fits, and a ball in the material of another one.
+    let peg = "part a = box() - {hole: capped_cylinder(radius: 4mm)}\n  part b = capped_cylinder(radius: 4mm)";
+    let inclusion = "part a = ball(radius: 20mm)\n  part b = ball(radius: 5mm)";
+    let cases = [
+        (second("20mm"), false),
+        (second("25mm"), false),
+        (second("18mm"), true),
+        (on_each_other.to_owned(), false),
+        (peg.to_owned(), false),
+        (inclusion.to_owned(), true),
+    ];
+    for (body, lie_in_each_other) in cases {
+        let script = format!("model m {{\n  {body}\n}}\n");
+        fs::write(folder.path().join("m.gml"), &script).expect("written");
+        let line = gmlc(folder.path(), &["check", "m.gml"]);
+        assert!(line.contains("closed: the borders of all parts meet"), "{script}{line}");
+        assert_eq!(line.contains("bodies lie in each other"), lie_in_each_other, "{script}{line}");
+        let check = checked(&script, &[]);
+        assert_eq!(
+            (check["closed"] == true, check["overlap"].is_array()),
+            (true, lie_in_each_other),
+            "{script}{check}"
+        );
+        let mesh = gmlc(folder.path(), &["mesh", "m.gml", "-o", "m.stl", "--chord", "0.2mm", "--json"]);
+        assert_eq!(mesh.contains("bodies lie in each other"), lie_in_each_other, "{script}{mesh}");
+    }
+}
+
+/// A gap is narrower than the chord, and the surfaces at either side of it have their vertices at other angles.
+#[test]
+fn triangles_that_pass_through_each_other_are_said() {
+    let folder = tempdir().expect("a folder");
+    let script = "model m {
+  part plate = box(width: 100mm, depth: 100mm) - {hole: capped_cylinder(radius: 40.02mm)}
+  part peg = capped_cylinder(radius: 40mm).rotate(2deg)
+}
+";
+    fs::write(folder.path().join("m.gml"), script).expect("written");
+    assert!(!gmlc(folder.path(), &["check", "m.gml"]).contains("each other"));
+    let said = |chord: &str| gmlc(folder.path(), &["mesh", "m.gml", "-o", "m.stl", "--chord", chord, "--json"]);
+    assert!(said("0.5mm").contains("triangles pass through each other"), "{}", said("0.5mm"));
+    assert!(!said("0.005mm").contains("each other"), "{}", said("0.005mm"));
+}
+
 /// A requirement of the library that is not met is reported at the part of the script.
 #[test]
 fn what_the_library_requires_is_said_of_the_part() {

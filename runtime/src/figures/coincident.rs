@@ -33,7 +33,8 @@ pub(super) fn check_sides(
     figures: &[PartFigure],
     taken: &mut [Result<Taken, String>],
 ) -> Result<(), EvaluationError> {
-    let is_integral = |figure: &PartFigure| matches!(figure.figure, Figure::Area | Figure::Volume | Figure::Centroid(_));
+    let is_integral =
+        |figure: &PartFigure| matches!(figure.figure, Figure::Area | Figure::Volume | Figure::Centroid(_));
     let patches = patches_of(figures.iter().filter(|figure| is_integral(figure)));
     let leaving = |patch: &usize| Ok(leaving(model, instance, *patch)?.map(|parameter| (*patch, parameter)));
     let leaving: Result<Vec<_>, EvaluationError> = patches.par_iter().map(leaving).collect();

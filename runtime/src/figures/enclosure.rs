@@ -3,6 +3,7 @@
 use crate::mesh::TriangleMesh;
 use crate::model::Winding;
 use crate::sampling::halton;
+use glam::DVec3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -42,13 +43,20 @@ const BESIDE: f64 = 1e-7;
 /// many triangles have next to no area.
 const STRAY: f64 = 2e-3;
 
-/// Whether a closed mesh goes round every place once or not at all, so that the volumes of its bodies add up.
-pub(crate) fn simply_enclosed(mesh: &TriangleMesh) -> Result<(), NoVolume> {
+/// Places beside a mesh: the winding numbers above and below its triangles.
+struct Beside {
+    place: DVec3,
+    sides: [i32; 2],
+    /// The area that the place stands for.
+    area: f64,
+}
+
+/// Some thousands of places beside a mesh.
+fn beside(mesh: &TriangleMesh) -> Vec<Beside> {
     let winding = Winding::new(mesh.triangles.iter().map(|t| mesh.corners(*t)).collect());
     let aside = BESIDE * mesh.bounds().diagonal();
     let whole = mesh.area();
-    // The winding numbers on both sides, with the area that a place stands for.
-    let beside = |triangle: &[u32; 3]| -> Vec<([i32; 2], f64)> {
+    let beside = |triangle: &[u32; 3]| -> Vec<Beside> {
         let [a, b, c] = mesh.corners(*triangle);
         let Some(normal) = mesh.triangle_normal(*triangle) else { return Vec::new() };
         let area = mesh.triangle_area(*triangle);
@@ -59,17 +67,38 @@ pub(crate) fn simply_enclosed(mesh: &TriangleMesh) -> Result<(), NoVolume> {
                 (s, t) = (1.0 - s, 1.0 - t);
             }
             let place = a + (b - a) * s + (c - a) * t;
-            ([aside, -aside].map(|aside| winding.at(place + aside * normal).round() as i32), area / count)
+            let sides = [aside, -aside].map(|aside| winding.at(place + aside * normal).round() as i32);
+            Beside { place, sides, area: area / count }
         };
         (0..count as usize).map(look).collect()
     };
     // Of very many triangles some stand for all.
     let step = ((mesh.triangles.len() as f64 / LOOKED_AT) as usize).max(1);
-    let numbers: Vec<([i32; 2], f64)> = mesh.triangles.par_iter().step_by(step).flat_map_iter(beside).collect();
-    let is_strange = |sides: &[i32; 2]| sides.iter().any(|number| !(0..=1).contains(number));
-    let strange: f64 = numbers.iter().filter(|(sides, _)| is_strange(sides)).map(|(_, area)| area).sum();
-    if strange > STRAY * numbers.iter().map(|(_, area)| area).sum::<f64>() {
+    mesh.triangles.par_iter().step_by(step).flat_map_iter(beside).collect()
+}
+
+/// Those of some places at which a winding number is strange, if these stand for more area than may be wrong.
+fn strange(places: &[Beside], is_strange: impl Fn(i32) -> bool) -> Vec<&Beside> {
+    let found: Vec<&Beside> = places.iter().filter(|place| place.sides.iter().any(|n| is_strange(*n))).collect();
+    let area = |sum: f64, place: &Beside| sum + place.area;
+    let is_worth_it = found.iter().copied().fold(0.0, area) > STRAY * places.iter().fold(0.0, area);
+    if is_worth_it { found } else { Vec::new() }
+}
+
+/// Whether a closed mesh goes round every place once or not at all, so that the volumes of its bodies add up.
+pub(crate) fn simply_enclosed(mesh: &TriangleMesh) -> Result<(), NoVolume> {
+    let places = beside(mesh);
+    if !strange(&places, |number| !(0..=1).contains(&number)).is_empty() {
         return Err(NoVolume::Overlapping);
     }
-    if numbers.iter().all(|(sides, _)| *sides == [0, 0]) { Err(NoVolume::Flat) } else { Ok(()) }
+    if places.iter().all(|place| place.sides == [0, 0]) { Err(NoVolume::Flat) } else { Ok(()) }
+}
+
+/// A place at which bodies of a closed mesh lie in each other, or one of them in itself, if so much of them does that
+/// it is worth a sentence. Millimetres.
+#[must_use]
+pub fn overlap(mesh: &TriangleMesh) -> Option<[f64; 3]> {
+    let places = beside(mesh);
+    let found = strange(&places, |number| number > 1);
+    found.get(found.len() / 2).map(|beside| beside.place.to_array())
 }

@@ -12,8 +12,8 @@ mod rule;
 #[cfg(test)]
 mod tests;
 
-pub use enclosure::NoVolume;
 pub(crate) use enclosure::simply_enclosed;
+pub use enclosure::{NoVolume, overlap};
 pub(crate) use integrals::{Sums, over_patches};
 
 use crate::mesh::{Group, TriangleMesh};
@@ -62,7 +62,9 @@ pub fn measured(model: &dyn Model, x: &[f64]) -> Vec<Result<MeasureValue, Evalua
     };
     let measured = |k: usize| {
         let taken = model.figures_of(k).iter().map(|i| figures[*i as usize].as_ref());
-        let taken = taken.collect::<Result<Vec<_>, _>>().map_err(|why| model.wrong_measure(k, x, &format!("cannot be computed: {why}")))?;
+        let taken = taken
+            .collect::<Result<Vec<_>, _>>()
+            .map_err(|why| model.wrong_measure(k, x, &format!("cannot be computed: {why}")))?;
         let values: Vec<f64> = taken.iter().map(|(value, _)| *value).collect();
         let value = model.measure(k, x, &values)?;
         let gradient = model.measure_gradient(k, x, &values).and_then(|mut gradient| {

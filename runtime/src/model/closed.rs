@@ -8,6 +8,7 @@ use super::winding::solid_angle;
 use super::{EvaluationError, Fineness, Instance, Model, Tessellation};
 use crate::mesh::{TriangleMesh, tetrahedron};
 use glam::DVec3;
+use std::collections::HashSet;
 use std::f64::consts::PI;
 
 /// How the borders of a model's parts meet.
@@ -163,7 +164,7 @@ impl Closedness {
         }
         if !closed.is_empty() {
             let mesh = mesh()?;
-            for body in closed.iter().filter(|body| is_flat(&mesh, body)) {
+            for body in closed.iter().filter(|body| is_flat(&mesh, body) && !is_between_others(&mesh, body)) {
                 closedness.flat.extend(body.iter().map(|(patch, _)| *patch));
             }
             closedness.flat.sort_unstable();
@@ -231,6 +232,22 @@ fn is_flat(mesh: &TriangleMesh, body: &[(usize, bool)]) -> bool {
     let area: f64 = triangles().map(|(t, _)| mesh.triangle_area(*t)).sum();
     let extent = triangles().flat_map(|(t, _)| mesh.corners(*t)).map(|p| p.distance(at)).fold(0.0, f64::max);
     volume_about(mesh, body, at).abs() <= FLAT * area * extent
+}
+
+/// How near to each other vertices of parts are that meet, as a part of the model's diagonal: far above rounding.
+const MEETING: f64 = 1e-8;
+
+/// Whether other parts meet along the edges of a flat body: then it is the faces in which two others touch.
+fn is_between_others(mesh: &TriangleMesh, body: &[(usize, bool)]) -> bool {
+    let cell = (MEETING * mesh.bounds().diagonal()).max(f64::MIN_POSITIVE);
+    // Not at round numbers, on both sides of which what is at one place would be in two cells.
+    let place = |i: &u32| mesh.positions[*i as usize].map(|x| (x / cell + 0.371_7).floor().to_bits());
+    let own: HashSet<[u64; 3]> =
+        body.iter().flat_map(|patch| triangles_of(mesh, *patch)).flat_map(|(t, _)| t).map(place).collect();
+    let has = |patch: usize| body.iter().any(|(of_body, _)| *of_body == patch);
+    let mut others =
+        (0..mesh.groups.len()).filter(|patch| !has(*patch)).flat_map(|patch| triangles_of(mesh, (patch, false)));
+    others.any(|(t, _)| t.iter().filter(|i| own.contains(&place(i))).count() > 1)
 }
 
 /// Of closed bodies, by their patches and whether these are turned against the first one, whether the first one's outer

@@ -105,7 +105,10 @@ mod tests {
         ];
         let (found, counts) = zeros(&functions.map(|(f, _)| f), 1e-15);
         for ((bracket, (f, zero)), count) in found.iter().zip(functions).zip(counts) {
-            assert!(bracket.to - bracket.from <= 1e-15 && (bracket.middle() - zero).abs() < 2e-15, "{bracket:?}, {zero}");
+            assert!(
+                bracket.to - bracket.from <= 1e-15 && (bracket.middle() - zero).abs() < 2e-15,
+                "{bracket:?}, {zero}"
+            );
             assert!((f(bracket.from) > 0.0) != (f(bracket.to) > 0.0) && count <= 14, "{bracket:?} by {count}");
         }
     }

@@ -59,10 +59,7 @@ impl Stretch {
 ///
 /// # Errors
 /// The surface, or where it is there, cannot be evaluated.
-pub(super) fn edges(
-    instance: &dyn Instance,
-    keeps: &[Option<usize>],
-) -> Result<Vec<[Vec<f64>; 2]>, EvaluationError> {
+pub(super) fn edges(instance: &dyn Instance, keeps: &[Option<usize>]) -> Result<Vec<[Vec<f64>; 2]>, EvaluationError> {
     let of_patch = |(patch, keep): (usize, &Option<usize>)| -> Result<[Vec<f64>; 2], EvaluationError> {
         let mut lines: [Vec<f64>; 2] = Default::default();
         let Some(keep) = *keep else { return Ok(lines) };

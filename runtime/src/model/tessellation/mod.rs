@@ -35,6 +35,7 @@ use crate::mesh::{Group, TriangleMesh};
 use crate::progress::{Progress, Silent};
 use borders::Borders;
 use glam::DVec3;
+use gml_compiler::program::Part;
 use grade::grade;
 use grid::{Grid, PlacedInterval};
 use intervals::{Axes, Interval};
@@ -42,6 +43,7 @@ use piece::Side;
 use rayon::prelude::*;
 use refine::Refinement;
 use resolve::resolve;
+use std::collections::HashMap;
 
 /// A point of a model: a patch and its parameters.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -142,7 +144,7 @@ impl Tessellation {
         lines: &Lines,
         progress: &dyn Progress,
     ) -> Result<Self, EvaluationError> {
-        let Lines { breaks, keeps, edges } = lines;
+        let Lines { breaks, edges, .. } = lines;
         let mut axes = divided(instance, breaks, fineness)?;
         edges.iter().zip(&mut axes).for_each(|(edges, axes)| along::insert_all(edges, axes));
         limit(&mut axes, breaks, fineness.max_triangles);
@@ -162,7 +164,7 @@ impl Tessellation {
             of_patch[first.patch].push((first, all));
         }
         let mut tessellation = Self::of_axes(instance, &axes, &of_patch, borders.tolerance)?;
-        tessellation.refine(instance, &axes, breaks, borders.poles(axes.len()), fineness, (keeps, progress))?;
+        tessellation.refine(instance, &axes, lines, borders.poles(axes.len()), fineness, progress)?;
         tessellation.group(model, &axes);
         Ok(tessellation)
     }
@@ -248,10 +250,10 @@ impl Tessellation {
         &mut self,
         instance: &dyn Instance,
         axes: &[Axes],
-        breaks: &[Breaks],
+        Lines { breaks, keeps, bodies, .. }: &Lines,
         poles: Vec<Vec<Side>>,
         fineness: Fineness,
-        (keeps, progress): (&[Option<usize>], &dyn Progress),
+        progress: &dyn Progress,
     ) -> Result<(), EvaluationError> {
         let patch = |t: &[u32; 3]| self.origins[t[0] as usize].patch;
         let patches = self.mesh.triangles.iter().map(patch).collect();
@@ -263,6 +265,7 @@ impl Tessellation {
             origins: &mut self.origins,
             ends: axes.iter().map(ends).collect(),
             poles,
+            bodies: bodies.clone(),
             oblique: breaks.iter().map(|b| b.oblique).collect(),
             chord: fineness.chord,
             most_triangles,
@@ -319,7 +322,7 @@ impl Tessellation {
     }
 }
 
-/// What grids follow, whatever their fineness.
+/// What a tessellation follows, whatever its fineness.
 struct Lines {
     /// By patch.
     breaks: Vec<Breaks>,
@@ -327,12 +330,21 @@ struct Lines {
     keeps: Vec<Option<usize>>,
     /// By patch, the values of u and of v along which edges of what is there run.
     edges: Vec<[Vec<f64>; 2]>,
+    /// By patch, the number of the part that it is one of the surfaces of.
+    bodies: Vec<usize>,
 }
 
 impl Lines {
-    fn find(model: &dyn Model, instance: &dyn Instance) -> Result<Self, EvaluationError> {
+    fn find<'m>(model: &'m dyn Model, instance: &dyn Instance) -> Result<Self, EvaluationError> {
         let keeps: Vec<Option<usize>> = (0..model.parts().len()).map(|patch| model.keep(patch)).collect();
-        Ok(Self { breaks: breaks_of(model, instance)?, edges: along::edges(instance, &keeps)?, keeps })
+        let mut bodies: HashMap<&str, usize> = HashMap::new();
+        let body = |part: &'m Part| {
+            let name = part.name.split('.').next().unwrap_or_default();
+            let next = bodies.len();
+            *bodies.entry(name).or_insert(next)
+        };
+        let bodies = model.parts().iter().map(body).collect();
+        Ok(Self { breaks: breaks_of(model, instance)?, edges: along::edges(instance, &keeps)?, keeps, bodies })
     }
 }
 

@@ -32,6 +32,8 @@ pub(super) struct Refinement<'a> {
     pub(super) ends: Vec<[Vec<f64>; 2]>,
     /// By patch the sides that are points: the parameter along them says nothing there.
     pub(super) poles: Vec<Vec<Side>>,
+    /// By patch the number of its part: the surfaces of one close it.
+    pub(super) bodies: Vec<usize>,
     /// Patches with conditions of both u and v.
     pub(super) oblique: Vec<bool>,
     pub(super) chord: f64,

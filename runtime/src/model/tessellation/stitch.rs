@@ -81,7 +81,8 @@ struct Open {
     in_small_hole: bool,
 }
 
-/// The edges without a neighbour, by the positions of their ends.
+/// The edges without a neighbour, by the positions of their ends. Where those of several parts are at one place, as of a
+/// peg in a hole, the one that its own part has no neighbour for.
 fn open_edges(mesh: &Refinement<'_>, number: &[u32]) -> Vec<Open> {
     let mut of_edge: HashMap<(u32, u32), Vec<(Open, bool)>> = HashMap::new();
     for (triangle, corners) in mesh.mesh.triangles.iter().enumerate() {
@@ -97,7 +98,13 @@ fn open_edges(mesh: &Refinement<'_>, number: &[u32]) -> Vec<Open> {
     let alone = |edges: Vec<(Open, bool)>| {
         let forth = edges.iter().filter(|(_, forth)| *forth).count();
         let more = 2 * forth > edges.len();
-        (edges.len() % 2 == 1).then(|| edges.into_iter().find(|(_, forth)| *forth == more)).flatten()
+        if edges.len() % 2 == 0 {
+            return None;
+        }
+        let body = |(open, _): &(Open, bool)| mesh.bodies[mesh.patches[open.triangle] as usize];
+        let is_alone = |edge: &&(Open, bool)| edges.iter().filter(|other| body(other) == body(edge)).count() % 2 == 1;
+        let mut wanted = edges.iter().filter(|(_, forth)| *forth == more);
+        wanted.clone().find(is_alone).or_else(|| wanted.next()).copied()
     };
     let mut open: Vec<Open> = of_edge.into_values().filter_map(alone).map(|(open, _)| open).collect();
     open.sort_unstable_by_key(|o| (o.triangle, o.ends));
