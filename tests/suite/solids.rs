@@ -250,6 +250,22 @@ fn parts_that_touch_are_closed_and_parts_in_each_other_are_said() {
     }
 }
 
+/// Where a peg fills a hole four surfaces meet in one circle: the edges of each part close it.
+#[test]
+fn parts_that_touch_are_closed_by_their_own_surfaces() {
+    let script = "model m {
+  part a = box() - {hole: capped_cylinder(radius: 4mm)}
+  part b = capped_cylinder(radius: 4mm)
+  measure with_hole = volume(a)
+  measure peg = volume(b)
+}
+";
+    let (check, peg) = (checked(script, &[]), PI * 16.0 * 20.0);
+    for (k, expected) in [8000.0 - peg, peg].into_iter().enumerate() {
+        assert!((measure(&check, k) - expected).abs() < 1e-5 * expected, "{} for {expected}", measure(&check, k));
+    }
+}
+
 /// A gap is narrower than the chord, and the surfaces at either side of it have their vertices at other angles.
 #[test]
 fn triangles_that_pass_through_each_other_are_said() {

@@ -77,6 +77,10 @@ fn leaving(model: &dyn Model, instance: &dyn Instance, patch: usize) -> Result<O
     let (u, v): (Vec<f64>, Vec<f64>) = places.iter().map(|k| (u[*k], v[*k])).unzip();
     let mut speeds = vec![0.0; places.len() * active.len() * 3];
     instance.jacobian(keep, &u, &v, &mut speeds)?;
-    let leaves = |a: &usize| speeds.chunks_exact(active.len() * 3).any(|of_place| of_place[3 * a].abs() > LEAVING);
+    // One alone may be on the line along which a surface is tangent.
+    let leaves = |a: &usize| {
+        let leaving = speeds.chunks_exact(active.len() * 3).filter(|of_place| of_place[3 * a].abs() > LEAVING);
+        leaving.count() > 1
+    };
     Ok((0..active.len()).find(leaves).map(|a| active[a] as usize))
 }

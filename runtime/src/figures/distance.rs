@@ -71,6 +71,10 @@ struct Search<'a> {
     size: f64,
 }
 
+/// The part of a distance that may be left when feet move no more: where surfaces touch it falls with the number of
+/// rounds, and never settles.
+const UNKNOWN: f64 = 0.05;
+
 /// The least distance between parts, and its derivatives by every parameter, or why there are none.
 ///
 /// # Errors
@@ -107,6 +111,13 @@ impl Search<'_> {
             let [x, y, z] = nearest.places[0].foot.point.to_array();
             let [a, b] = names;
             return Ok(Err(format!("'{a}' and '{b}' meet near ({x:.3}, {y:.3}, {z:.3}) mm: they have no distance")));
+        }
+        if nearest.rest > UNKNOWN * nearest.distance {
+            let [x, y, z] = nearest.places[0].foot.point.to_array();
+            let [a, b] = names;
+            return Ok(Err(format!(
+                "'{a}' and '{b}' touch near ({x:.3}, {y:.3}, {z:.3}) mm, or all but: their distance is not known there"
+            )));
         }
         let tied = pairs.iter().take_while(|pair| pair.distance < nearest.distance + TIED * self.size);
         Ok(Ok((nearest.distance, self.slopes(&tied.copied().collect::<Vec<_>>())?)))

@@ -205,8 +205,9 @@ fn motions(instance: &dyn Instance, patch: usize, active: usize, uv: [f64; 2]) -
 /// Whether parts enclose a volume, all facing outwards. Triangles of thin walls may pass through each other: finer ones
 /// decide.
 fn encloses(model: &dyn Model, instance: &dyn Instance, fine: &Tessellation, parts: &[usize]) -> Result<(), String> {
+    let is_left = parts.iter().any(|patch| !triangles_of(fine, *patch).is_empty());
     encloses_by(model, fine, parts).or_else(|why| {
-        if fine.mesh.triangles.len() > MOST_FOR_THIN {
+        if !is_left || fine.mesh.triangles.len() > MOST_FOR_THIN {
             return Err(why);
         }
         let finer = Tessellation::relative(model, instance, CHORD_OF_THIN).map_err(|error| error.message)?;

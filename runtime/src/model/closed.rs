@@ -1,7 +1,7 @@
 //! Whether the parts of a model enclose something: how their borders meet.
 
 use super::breaks::Breaks;
-use super::joints::{Joints, joined};
+use super::joints::{Joints, bodies, joined, pairs};
 use super::tessellation::borders::Borders;
 use super::tessellation::intervals;
 use super::winding::solid_angle;
@@ -87,10 +87,13 @@ impl Closedness {
         let borders = Borders::find(instance, &axes)?;
         let open = open_borders(instance, &borders)?;
         let mut joints = Joints::new(axes.len());
-        for curve in borders.curves().filter(|curve| curve.len() == 2) {
-            let [a, b] = [0, 1].map(|k| &borders.pieces[curve[k]]);
-            let agree = a.is_counterclockwise() != b.is_counterclockwise();
-            joints.add(a.patch, b.patch, agree, 1.0);
+        let bodies = bodies(model.parts().iter().map(|part| part.name.as_str()));
+        for curve in borders.curves() {
+            for pair in pairs(&curve, |piece| bodies[borders.pieces[*piece].patch]) {
+                let [a, b] = pair.map(|piece| &borders.pieces[piece]);
+                let agree = a.is_counterclockwise() != b.is_counterclockwise();
+                joints.add(a.patch, b.patch, agree, 1.0);
+            }
         }
         let mesh = || {
             let fineness = Fineness { chord: CHORD * borders.diagonal(), ..Fineness::default() };
@@ -164,7 +167,8 @@ impl Closedness {
         }
         if !closed.is_empty() {
             let mesh = mesh()?;
-            for body in closed.iter().filter(|body| is_flat(&mesh, body) && !is_between_others(&mesh, body)) {
+            let (flat, closed): (Vec<_>, Vec<_>) = closed.into_iter().partition(|body| is_flat(&mesh, body));
+            for body in flat.iter().filter(|body| !is_between_others(&mesh, body)) {
                 closedness.flat.extend(body.iter().map(|(patch, _)| *patch));
             }
             closedness.flat.sort_unstable();

@@ -21,6 +21,34 @@ pub(super) struct Joints {
     neighbours: Vec<BTreeMap<usize, f64>>,
 }
 
+/// Of patches with names, the number of the part that each is a surface of, as `plate` of `plate.hole.wall`.
+pub(super) fn bodies<'n>(names: impl Iterator<Item = &'n str>) -> Vec<usize> {
+    let mut numbers: HashMap<&str, usize> = HashMap::new();
+    let number = |name: &'n str| {
+        let next = numbers.len();
+        *numbers.entry(name.split('.').next().unwrap_or(name)).or_insert(next)
+    };
+    names.map(number).collect()
+}
+
+/// The pairs of those that meet at one border: where several parts touch there, those of the same part.
+pub(super) fn pairs<T: Copy>(meeting: &[T], body: impl Fn(&T) -> usize) -> Vec<[T; 2]> {
+    if let [a, b] = *meeting {
+        return vec![[a, b]];
+    }
+    let of_body =
+        |first: &T| -> Vec<T> { meeting.iter().filter(|other| body(other) == body(first)).copied().collect() };
+    let mut pairs = Vec::new();
+    let mut seen = Vec::new();
+    for first in meeting {
+        if !seen.contains(&body(first)) {
+            seen.push(body(first));
+            pairs.extend(<[T; 2]>::try_from(of_body(first)));
+        }
+    }
+    pairs
+}
+
 /// A patch that a joint of some weight reaches, and whether it is turned against the first one.
 struct Reached {
     weight: f64,
@@ -133,6 +161,7 @@ pub(super) fn joined(mesh: &TriangleMesh) -> (Joints, Faults) {
         }
     }
     let mut joints = Joints::new(mesh.groups.len());
+    let bodies = bodies(mesh.groups.iter().map(|group| group.name.as_str()));
     // By patch the edges that no other triangle has, and those that other patches have, too.
     let [mut open, mut shared]: [Vec<Vec<Rim>>; 2] = [(); 2].map(|()| mesh.groups.iter().map(|_| Vec::new()).collect());
     let mut edges: Vec<_> = sides.into_iter().collect();
@@ -152,14 +181,15 @@ pub(super) fn joined(mesh: &TriangleMesh) -> (Joints, Faults) {
             against.push(([of_edge[0].0, of_edge[1].0], middle(of_edge[0].1)));
         }
         match of_edge[..] {
-            [(a, first), (b, second)] if a != b => {
+            [(patch, ends)] => open[patch].push(rim(patch, ends)),
+            [(a, _), (b, _)] if a == b => {}
+            _ => of_edge.iter().for_each(|(patch, ends)| shared[*patch].push(rim(*patch, *ends))),
+        }
+        for [(a, first), (b, second)] in pairs(&of_edge, |(patch, _)| bodies[*patch]) {
+            if a != b {
                 let length = position(first[0]).distance(position(first[1]));
                 joints.add(a, b, forth(first) != forth(second), length);
-                shared[a].push(rim(a, first));
-                shared[b].push(rim(b, second));
             }
-            [(patch, ends)] => open[patch].push(rim(patch, ends)),
-            _ => of_edge.iter().for_each(|(patch, ends)| shared[*patch].push(rim(*patch, *ends))),
         }
     }
     // Where most of a joint does not agree one of its patches is inside out.

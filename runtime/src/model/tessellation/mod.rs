@@ -30,12 +30,12 @@ mod trim;
 
 use super::atlas::Atlas;
 use super::breaks::Breaks;
+use super::joints::bodies;
 use super::{EvaluationError, Instance, Model, Partials};
 use crate::mesh::{Group, TriangleMesh};
 use crate::progress::{Progress, Silent};
 use borders::Borders;
 use glam::DVec3;
-use gml_compiler::program::Part;
 use grade::grade;
 use grid::{Grid, PlacedInterval};
 use intervals::{Axes, Interval};
@@ -43,7 +43,6 @@ use piece::Side;
 use rayon::prelude::*;
 use refine::Refinement;
 use resolve::resolve;
-use std::collections::HashMap;
 
 /// A point of a model: a patch and its parameters.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -78,6 +77,9 @@ const MOST_OBLIQUE: usize = 200_000;
 const LEAST_OF_WHOLE: f64 = 0.01;
 /// Triangles by which refinement may exceed the grids.
 const MOST_ADDED: usize = 500_000;
+
+/// Segments along u and v of patches whose extent is asked for.
+const ROUGH: u32 = 8;
 
 impl Default for Fineness {
     fn default() -> Self {
@@ -117,7 +119,7 @@ impl Tessellation {
     /// The surface cannot be evaluated.
     pub fn relative(model: &dyn Model, instance: &dyn Instance, chord: f64) -> Result<Self, EvaluationError> {
         let lines = Lines::find(model, instance)?;
-        let diagonal = Self::diagonal_by(model, instance, 8, &lines)?;
+        let diagonal = Self::diagonal_by(model, instance, ROUGH, &lines)?;
         let fineness = Fineness { chord: chord * diagonal, ..Fineness::default() };
         Self::along_lines(model, instance, fineness, &lines, &Silent)
     }
@@ -145,6 +147,7 @@ impl Tessellation {
         progress: &dyn Progress,
     ) -> Result<Self, EvaluationError> {
         let Lines { breaks, edges, .. } = lines;
+        let fineness = Self::no_coarser_than_edges(model, instance, fineness)?;
         let mut axes = divided(instance, breaks, fineness)?;
         edges.iter().zip(&mut axes).for_each(|(edges, axes)| along::insert_all(edges, axes));
         limit(&mut axes, breaks, fineness.max_triangles);
@@ -167,6 +170,21 @@ impl Tessellation {
         tessellation.refine(instance, &axes, lines, borders.poles(axes.len()), fineness, progress)?;
         tessellation.group(model, &axes);
         Ok(tessellation)
+    }
+
+    /// The fineness, or that of the edges of trimmed patches, where it is less: gaps between surfaces that leave their
+    /// common edge by more would not be closed.
+    fn no_coarser_than_edges(
+        model: &dyn Model,
+        instance: &dyn Instance,
+        fineness: Fineness,
+    ) -> Result<Fineness, EvaluationError> {
+        // What is only to be bounded has no chord.
+        if !model.is_trimmed() || fineness.chord == f64::INFINITY {
+            return Ok(fineness);
+        }
+        let whole = Self::uniform(model, instance, ROUGH, ROUGH)?.mesh.bounds().diagonal();
+        Ok(Fineness { chord: fineness.chord.min(trim::COARSEST * whole), ..fineness })
     }
 
     /// As [`new`](Self::new), but every patch by itself and on its grid only: nothing is measured, and borders do not
@@ -335,15 +353,9 @@ struct Lines {
 }
 
 impl Lines {
-    fn find<'m>(model: &'m dyn Model, instance: &dyn Instance) -> Result<Self, EvaluationError> {
+    fn find(model: &dyn Model, instance: &dyn Instance) -> Result<Self, EvaluationError> {
         let keeps: Vec<Option<usize>> = (0..model.parts().len()).map(|patch| model.keep(patch)).collect();
-        let mut bodies: HashMap<&str, usize> = HashMap::new();
-        let body = |part: &'m Part| {
-            let name = part.name.split('.').next().unwrap_or_default();
-            let next = bodies.len();
-            *bodies.entry(name).or_insert(next)
-        };
-        let bodies = model.parts().iter().map(body).collect();
+        let bodies = bodies(model.parts().iter().map(|part| part.name.as_str()));
         Ok(Self { breaks: breaks_of(model, instance)?, edges: along::edges(instance, &keeps)?, keeps, bodies })
     }
 }

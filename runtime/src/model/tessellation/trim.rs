@@ -15,7 +15,7 @@ use rayon::prelude::*;
 use std::collections::HashMap;
 
 /// The largest chord that edges keep to, whatever was asked for, as a part of the diagonal of the untrimmed model.
-const COARSEST: f64 = 0.01;
+pub(super) const COARSEST: f64 = 0.01;
 /// Rounds of dividing at most.
 const ROUNDS: usize = 40;
 /// Triangles that one thread looks at: enough that evaluating many places at once pays.
