@@ -225,8 +225,11 @@ fn parts_that_touch_are_closed_and_parts_in_each_other_are_said() {
     // A peg in a hole that fits, and a ball in the material of another one.
     let peg = "part a = box() - {hole: capped_cylinder(radius: 4mm)}\n  part b = capped_cylinder(radius: 4mm)";
     let inclusion = "part a = ball(radius: 20mm)\n  part b = ball(radius: 5mm)";
+    // Turned, what is in one plane is so but for rounding.
+    let turned = second("20mm").replace('\n', ".rotate(30deg, (1, 2, 3))\n") + ".rotate(30deg, (1, 2, 3))";
     let cases = [
         (second("20mm"), false),
+        (turned, false),
         (second("25mm"), false),
         (second("18mm"), true),
         (on_each_other.to_owned(), false),
@@ -238,6 +241,7 @@ fn parts_that_touch_are_closed_and_parts_in_each_other_are_said() {
         fs::write(folder.path().join("m.gml"), &script).expect("written");
         let line = gmlc(folder.path(), &["check", "m.gml"]);
         assert!(line.contains("closed: the borders of all parts meet"), "{script}{line}");
+        assert!(!line.contains("inside out") && !line.contains("flat"), "{script}{line}");
         assert_eq!(line.contains("bodies lie in each other"), lie_in_each_other, "{script}{line}");
         let check = checked(&script, &[]);
         assert_eq!(
@@ -263,6 +267,25 @@ fn parts_that_touch_are_closed_by_their_own_surfaces() {
     let (check, peg) = (checked(script, &[]), PI * 16.0 * 20.0);
     for (k, expected) in [8000.0 - peg, peg].into_iter().enumerate() {
         assert!((measure(&check, k) - expected).abs() < 1e-5 * expected, "{} for {expected}", measure(&check, k));
+    }
+}
+
+/// However coarse the chord, surfaces leave the edges that they have in common by no more than can be closed.
+#[test]
+fn meshes_of_coarse_chords_are_closed() {
+    let folder = tempdir().expect("a folder");
+    let script = "model m {
+  param s: length = 20mm
+  part b = box(width: s, depth: s, height: s)
+    - {h: capped_cylinder(radius: s / 4, height: s).translate((0.15 * s, 0mm, 0mm))}
+}
+";
+    fs::write(folder.path().join("m.gml"), script).expect("written");
+    // The default chord, 0.02 mm, is coarse for what is small.
+    for [size, chord] in [["20mm", "1mm"], ["20mm", "2mm"], ["20mm", "4mm"], ["0.1mm", "0.02mm"], ["0.01mm", "0.02mm"]] {
+        let size = format!("s={size}");
+        gmlc(folder.path(), &["mesh", "m.gml", "-p", &size, "--chord", chord, "-o", "m.stl"]);
+        must_be_closed(&folder.path().join("m.stl"));
     }
 }
 

@@ -330,6 +330,11 @@ fn what_has_no_distance_or_angle_says_so() {
         ("least_distance(first, second)", crossed, "meet near"),
         ("least_distance(first.top, first.right)", boxes, "meet near"),
         (
+            "least_distance(first, second)",
+            "part first = box()\npart second = ball(radius: 3mm).translate((13mm, 0mm, 9.3mm))",
+            "touch near",
+        ),
+        (
             "least_distance(first.top, gone)",
             "part first = box(height: a)\npart gone = box() - {all: box()}",
             "nothing is left",
@@ -345,6 +350,14 @@ fn what_has_no_distance_or_angle_says_so() {
     let sides = "part post = box(width: 4mm)
         part rail = {left: box(width: 4mm).translate((-10mm, 0mm, 0mm)), right: box(width: 4mm).translate((a + 5mm, 0mm, 0mm))}";
     assert!(wrong("least_distance(post, rail)", sides).contains("several places are as near"));
+}
+
+/// Of what nothing is left no finer mesh is asked.
+#[test]
+fn what_is_gone_has_no_volume() {
+    let program = program("measure m = volume()\npart b = box() - {all: box()}");
+    let why = measured(&program, &[]).swap_remove(0).expect_err("no volume").message;
+    assert!(why.contains("nothing is left of its parts"), "{why}");
 }
 
 /// Corners of a thread's flanks move within its surface with the pitch, which the formula of areas does not know; and
@@ -384,6 +397,12 @@ fn where_surfaces_lie_in_each_other_derivatives_have_two_sides() {
     agrees(&plate("t"), &[5.0, 5.0], &[(5.0 * area, &[area, 0.0]), (2.5, &[0.5, 0.0])], 1e-5);
     // Deeper than the plate it is as well.
     agrees(&plate("d + 1mm"), &[5.0, 5.0], &[(5.0 * area, &[area, 0.0])], 1e-5);
+    // The side of the plate is tangent to the hole: what breaks through is of a higher order.
+    let tangent = "param r: length = 5mm
+        measure material = volume(plate)
+        part plate = box(width: 20mm, depth: 20mm, height: 10mm)
+          - {hole: capped_cylinder(radius: r, height: 10mm).translate((5mm, 0mm, 0mm))}";
+    agrees(tangent, &[5.0], &[(4000.0 - 250.0 * PI, &[-100.0 * PI])], 1e-3);
     let blocks = "param t: length = 5mm
         param d: length = 5mm
         measure all = volume(blocks)
