@@ -282,7 +282,8 @@ fn meshes_of_coarse_chords_are_closed() {
 ";
     fs::write(folder.path().join("m.gml"), script).expect("written");
     // The default chord, 0.02 mm, is coarse for what is small.
-    for [size, chord] in [["20mm", "1mm"], ["20mm", "2mm"], ["20mm", "4mm"], ["0.1mm", "0.02mm"], ["0.01mm", "0.02mm"]] {
+    for [size, chord] in [["20mm", "1mm"], ["20mm", "2mm"], ["20mm", "4mm"], ["0.1mm", "0.02mm"], ["0.01mm", "0.02mm"]]
+    {
         let size = format!("s={size}");
         gmlc(folder.path(), &["mesh", "m.gml", "-p", &size, "--chord", chord, "-o", "m.stl"]);
         must_be_closed(&folder.path().join("m.stl"));
