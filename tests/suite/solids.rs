@@ -302,7 +302,7 @@ fn triangles_that_pass_through_each_other_are_said() {
     fs::write(folder.path().join("m.gml"), script).expect("written");
     assert!(!gmlc(folder.path(), &["check", "m.gml"]).contains("each other"));
     let said = |chord: &str| gmlc(folder.path(), &["mesh", "m.gml", "-o", "m.stl", "--chord", chord, "--json"]);
-    assert!(said("0.5mm").contains("triangles pass through each other"), "{}", said("0.5mm"));
+    assert!(said("0.2mm").contains("triangles pass through each other"), "{}", said("0.2mm"));
     assert!(!said("0.005mm").contains("each other"), "{}", said("0.005mm"));
 }
 

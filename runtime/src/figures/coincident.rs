@@ -16,8 +16,8 @@ use rayon::prelude::*;
 const PLACES: usize = 256;
 /// How far beside a surface another one is asked for. Millimetres.
 const BESIDE: f64 = 1e-6;
-/// By how much the function may differ from it where surfaces coincide, as a part of it, and how much it may change by a
-/// millimetre: beside an edge it changes by as much, where surfaces are tangent by some thousandths.
+/// By how much the function may differ from it where surfaces coincide, as a part of it, and how much it may change by
+/// a millimetre: beside an edge it changes by as much, where surfaces are tangent by some thousandths.
 const AS_BESIDE: f64 = 0.01;
 const LEVEL: f64 = 1e-5;
 /// From which speed on, by a unit of the parameter, two surfaces leave each other: far above rounding. Millimetres.

@@ -380,8 +380,8 @@ fn derivatives_of_areas_that_are_not_known_say_so() {
     }
 }
 
-/// A drill that ends flush with a plate: as it grows nothing changes, and as it shrinks a skin is left. By one parameter
-/// for both there is a derivative; by two there is none, nor of what touches a face and is moved.
+/// A drill that ends flush with a plate: as it grows nothing changes, and as it shrinks a skin is left. By one
+/// parameter for both there is a derivative; by two there is none, nor of what touches a face and is moved.
 #[test]
 fn where_surfaces_lie_in_each_other_derivatives_have_two_sides() {
     let plate = |drill: &str| {

@@ -147,7 +147,8 @@ impl Function<'_> {
         let sites: Vec<(f64, f64)> =
             probes.iter().flat_map(|probe| (0..=STEPS).map(move |i| (step(i), *probe))).collect();
         let values = self.values(sites.iter().copied())?;
-        // Nor does a surface end that lies in another one as a whole, as the end of a drill does in the face of a plate.
+        // No edge is on a surface that lies in another one as a whole, as the end of a drill does in the face of a
+        // plate.
         if values.iter().all(|value| (value - values[0]).abs() < LEVEL) {
             return Ok(Vec::new());
         }

@@ -81,8 +81,8 @@ struct Open {
     in_small_hole: bool,
 }
 
-/// The edges without a neighbour, by the positions of their ends. Where those of several parts are at one place, as of a
-/// peg in a hole, the one that its own part has no neighbour for.
+/// The edges without a neighbour, by the positions of their ends. Where those of several parts are at one place, as of
+/// a peg in a hole, the one that its own part has no neighbour for.
 fn open_edges(mesh: &Refinement<'_>, number: &[u32]) -> Vec<Open> {
     let mut of_edge: HashMap<(u32, u32), Vec<(Open, bool)>> = HashMap::new();
     for (triangle, corners) in mesh.mesh.triangles.iter().enumerate() {
