@@ -1,7 +1,7 @@
 //! `gmlc mesh`.
 
 use crate::cli::MeshArgs;
-use crate::closedness::{self, Overlap, near};
+use crate::closedness::{self, near};
 use crate::error::CommandError;
 use crate::outputs;
 use crate::picture::{self, Framing};
@@ -105,14 +105,16 @@ fn write_surface(
     let recorded = Recorded { mesh, attributes: &Attributes::default(), grids: &[], unit: Unit::Mm };
     outputs::write_scan(&args.output, &recorded, ScanFormat::Mesh(format))?;
     let mut warnings = warnings(&tessellation, chord, format, passages.map(|passages| passages.sentence()));
-    let faults = Faults::of_mesh(mesh);
     if program.is_trimmed() {
+        let faults = Faults::of_mesh(mesh);
         warnings.extend(gap(program, mesh, &faults.open));
         warnings.extend(fold(program, &faults.against));
-    }
-    if faults.open.is_empty() {
-        let overlap = closedness::overlap(program, instance, mesh).map_err(CommandError::failed)?;
-        warnings.extend(overlap.map(|overlap| overlapping(&overlap)));
+        if faults.open.is_empty() {
+            let overlap = closedness::overlap(program, instance, mesh).map_err(CommandError::failed)?;
+            // Bodies that lie in each other may be meant to do so: `gmlc check` says it.
+            let of_chord = overlap.filter(|overlap| overlap.of_bodies.is_none());
+            warnings.extend(of_chord.map(|overlap| overlapping(overlap.place)));
+        }
     }
     let vertices = mesh.position_numbers().into_iter().max().map_or(0, |last| last + 1);
     let (triangles, parts) = (mesh.triangles.len(), mesh.groups.len());
@@ -208,16 +210,11 @@ fn kind(args: &MeshArgs) -> Result<Kind, CommandError> {
 }
 
 /// A sentence on where triangles lie in each other.
-fn overlapping(overlap: &Overlap) -> String {
-    let place = table::place(overlap.place);
-    match overlap.of_bodies {
-        Some(_) => format!("near {place} bodies lie in each other, and have no volume together; '+' makes solids one"),
-        None => {
-            format!(
-                "near {place} triangles pass through each other, as the walls are thin for this --chord: a smaller one mends it"
-            )
-        }
-    }
+fn overlapping(place: [f64; 3]) -> String {
+    format!(
+        "near {} triangles pass through each other, as walls or gaps are thin for this --chord: a smaller one mends it",
+        table::place(place)
+    )
 }
 
 /// A sentence on triangles that run against their neighbours.

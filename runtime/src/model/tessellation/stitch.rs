@@ -98,7 +98,7 @@ fn open_edges(mesh: &Refinement<'_>, number: &[u32]) -> Vec<Open> {
     let alone = |edges: Vec<(Open, bool)>| {
         let forth = edges.iter().filter(|(_, forth)| *forth).count();
         let more = 2 * forth > edges.len();
-        if edges.len() % 2 == 0 {
+        if edges.len().is_multiple_of(2) {
             return None;
         }
         let body = |(open, _): &(Open, bool)| mesh.bodies[mesh.patches[open.triangle] as usize];
