@@ -3,9 +3,8 @@
 use crate::table;
 use gml_compiler::diagnostic::{Code, Diagnostic};
 use gml_compiler::program::Program;
-use gml_runtime::figures;
-use gml_runtime::mesh::TriangleMesh;
-use gml_runtime::model::{Closedness, EvaluationError, Instance, Model, OpenBorder, Passages, Tessellation};
+use gml_runtime::figures::overlap;
+use gml_runtime::model::{Closedness, EvaluationError, Model, OpenBorder, Passages};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// How the parts of a model meet.
@@ -32,31 +31,6 @@ pub(crate) fn of(program: &Program, values: &[f64]) -> Result<Meeting, Evaluatio
         false => None,
     };
     Ok(Meeting { closedness, passages, overlap })
-}
-
-/// Where the triangles of a closed mesh lie in each other.
-pub(crate) struct Overlap {
-    /// Millimetres.
-    pub(crate) place: [f64; 3],
-    /// The same of fine triangles; none where only the chord is too large for thin walls.
-    pub(crate) of_bodies: Option<[f64; 3]>,
-}
-
-/// The chord of triangles that decide whether bodies lie in each other, as a part of the model's diagonal.
-const FINE: f64 = 1e-4;
-
-/// Where the triangles of a model's closed mesh lie in each other, if they do.
-///
-/// # Errors
-/// The model cannot be evaluated.
-pub(crate) fn overlap(
-    program: &Program,
-    instance: &dyn Instance,
-    mesh: &TriangleMesh,
-) -> Result<Option<Overlap>, EvaluationError> {
-    let Some(place) = figures::overlap(mesh) else { return Ok(None) };
-    let of_bodies = figures::overlap(&Tessellation::relative(program, instance, FINE)?.mesh);
-    Ok(Some(Overlap { place, of_bodies }))
 }
 
 /// A warning of walls that pass through each other, said at the part that has most of it.
@@ -149,15 +123,14 @@ pub(crate) fn line(program: &Program, closedness: &Closedness, overlap: Option<[
             "flat: the borders of all parts meet, but those of '{name}' and its neighbours enclose nothing\n"
         );
     }
-    if let (true, Some(at)) = (closedness.is_closed(), overlap) {
-        return format!(
-            "closed: the borders of all parts meet; but near {} bodies lie in each other, and have no volume together ('+' \
-             makes solids one)\n",
-            table::place(at)
-        );
-    }
     if closedness.is_closed() {
-        return "closed: the borders of all parts meet\n".to_owned();
+        let but = overlap.map_or_else(String::new, |at| {
+            format!(
+                "; but near {} bodies lie in each other, and have no volume together ('+' makes solids one)",
+                table::place(at)
+            )
+        });
+        return format!("closed: the borders of all parts meet{but}\n");
     }
     let place = |open: &OpenBorder| {
         format!("{} where {}{} ({:.3} mm)", program.parts()[open.patch].name, open.side, near(open), open.length)

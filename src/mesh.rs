@@ -1,7 +1,7 @@
 //! `gmlc mesh`.
 
 use crate::cli::MeshArgs;
-use crate::closedness::{self, near};
+use crate::closedness::near;
 use crate::error::CommandError;
 use crate::outputs;
 use crate::picture::{self, Framing};
@@ -11,6 +11,7 @@ use crate::table;
 use gml_compiler::program::Program;
 use gml_runtime::export::mesh::MeshFormat;
 use gml_runtime::export::scan::{Recorded, ScanFormat};
+use gml_runtime::figures::overlap;
 use gml_runtime::mesh::TriangleMesh;
 use gml_runtime::model::{Atlas, Faults, Fineness, Instance, Model, Motion, OpenBorder, Passages, Tessellation};
 use gml_runtime::scan::{Attributes, Unit};
@@ -110,7 +111,7 @@ fn write_surface(
         warnings.extend(gap(program, mesh, &faults.open));
         warnings.extend(fold(program, &faults.against));
         if faults.open.is_empty() {
-            let overlap = closedness::overlap(program, instance, mesh).map_err(CommandError::failed)?;
+            let overlap = overlap(program, instance, mesh).map_err(CommandError::failed)?;
             // Bodies that lie in each other may be meant to do so: `gmlc check` says it.
             let of_chord = overlap.filter(|overlap| overlap.of_bodies.is_none());
             warnings.extend(of_chord.map(|overlap| overlapping(overlap.place)));

@@ -5,22 +5,24 @@
 //! surface is there is level at that value over the stretch where it lies in another one, and its derivative by a
 //! parameter is how fast both leave each other.
 
-use super::{Taken, patches_of};
-use crate::model::{EvaluationError, Instance, Model, Partials};
+use super::rule::{apart, partials_at};
+use super::{Integrated, Taken};
+use crate::model::{EvaluationError, Instance, Model};
 use crate::sampling::halton;
-use glam::DVec3;
-use gml_compiler::program::{Figure, PartFigure};
+use glam::{DVec2, DVec3};
+use gml_compiler::program::PartFigure;
 use rayon::prelude::*;
 
 /// Places of each trimmed patch that are looked at: a stretch of a hundredth of it has two of them.
 const PLACES: usize = 256;
-/// How far beside a surface another one is asked for. Millimetres.
+/// The distance beside a surface at which `std.solid` asks for another one. Millimetres.
 const BESIDE: f64 = 1e-6;
-/// By how much the function may differ from it where surfaces coincide, as a part of it, and how much it may change by
-/// a millimetre: beside an edge it changes by as much, where surfaces are tangent by some thousandths.
+/// The part of that distance by which the function may differ from it where surfaces coincide.
 const AS_BESIDE: f64 = 0.01;
+/// The most that the function may change there by a millimetre: beside an edge it changes by one, beside the line along
+/// which surfaces are tangent by some thousandths.
 const LEVEL: f64 = 1e-5;
-/// From which speed on, by a unit of the parameter, two surfaces leave each other: far above rounding. Millimetres.
+/// The speed, by a unit of the parameter, from which on two surfaces leave each other: far above rounding. Millimetres.
 const LEAVING: f64 = 1e-6;
 
 /// Takes away the derivatives of areas, volumes and centroids that are not the same on both sides.
@@ -31,15 +33,13 @@ pub(super) fn check_sides(
     model: &dyn Model,
     instance: &dyn Instance,
     figures: &[PartFigure],
+    integrated: &Integrated,
     taken: &mut [Result<Taken, String>],
 ) -> Result<(), EvaluationError> {
-    let is_integral =
-        |figure: &PartFigure| matches!(figure.figure, Figure::Area | Figure::Volume | Figure::Centroid(_));
-    let patches = patches_of(figures.iter().filter(|figure| is_integral(figure)));
     let leaving = |patch: &usize| Ok(leaving(model, instance, *patch)?.map(|parameter| (*patch, parameter)));
-    let leaving: Result<Vec<_>, EvaluationError> = patches.par_iter().map(leaving).collect();
+    let leaving: Result<Vec<_>, EvaluationError> = integrated.patches.par_iter().map(leaving).collect();
     let leaving: Vec<(usize, usize)> = leaving?.into_iter().flatten().collect();
-    for (figure, taken) in figures.iter().zip(taken).filter(|(figure, _)| is_integral(figure)) {
+    for (figure, taken) in figures.iter().zip(taken).filter(|(figure, _)| figure.others.is_empty()) {
         let (Ok((_, slopes)), Some((patch, parameter))) =
             (taken, leaving.iter().find(|(patch, _)| figure.parts.contains(patch)))
         else {
@@ -60,21 +60,15 @@ fn leaving(model: &dyn Model, instance: &dyn Instance, patch: usize) -> Result<O
     if active.is_empty() {
         return Ok(None);
     }
-    let at = |dimension: usize| (1..=PLACES).map(|k| halton(k, dimension)).collect::<Vec<f64>>();
-    let (u, v) = (at(0), at(1));
-    let partials = |patch: usize| -> Result<Vec<Partials>, EvaluationError> {
-        let mut partials = vec![Partials::default(); PLACES];
-        instance.partials(patch, &u, &v, &mut partials)?;
-        Ok(partials)
-    };
-    let (surface, there) = (partials(patch)?, partials(keep)?);
+    let places: Vec<DVec2> = (1..=PLACES).map(|k| DVec2::new(halton(k, 0), halton(k, 1))).collect();
+    let (surface, there) = (partials_at(instance, patch, &places)?, partials_at(instance, keep, &places)?);
     let is_level = |slope: [f64; 3], way: [f64; 3]| slope[0].abs() <= LEVEL * DVec3::from(way).length();
     let lies_in_another = |k: &usize| {
         let (s, f) = (&surface[*k], &there[*k]);
         (f.point[0].abs() - BESIDE).abs() <= AS_BESIDE * BESIDE && is_level(f.du, s.du) && is_level(f.dv, s.dv)
     };
-    let places: Vec<usize> = (0..PLACES).filter(lies_in_another).collect();
-    let (u, v): (Vec<f64>, Vec<f64>) = places.iter().map(|k| (u[*k], v[*k])).unzip();
+    let places: Vec<DVec2> = (0..PLACES).filter(lies_in_another).map(|k| places[k]).collect();
+    let (u, v) = apart(&places);
     let mut speeds = vec![0.0; places.len() * active.len() * 3];
     instance.jacobian(keep, &u, &v, &mut speeds)?;
     // One alone may be on the line along which a surface is tangent.

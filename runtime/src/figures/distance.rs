@@ -71,8 +71,8 @@ struct Search<'a> {
     size: f64,
 }
 
-/// The part of a distance that may be left when feet move no more: where surfaces touch it falls with the number of
-/// rounds, and never settles.
+/// The part of a distance by which the rounds to come may still shorten it: where surfaces touch it falls with the
+/// number of rounds, and never settles.
 const UNKNOWN: f64 = 0.05;
 
 /// The least distance between parts, and its derivatives by every parameter, or why there are none.
@@ -107,14 +107,12 @@ impl Search<'_> {
             return Ok(Err("nothing is left of one of its parts".to_owned()));
         };
         let names = nearest.places.map(|place| &self.model.parts()[place.patch].name);
+        let [x, y, z] = nearest.places[0].foot.point.to_array();
+        let [a, b] = names;
         if nearest.distance < MEETS * self.size {
-            let [x, y, z] = nearest.places[0].foot.point.to_array();
-            let [a, b] = names;
             return Ok(Err(format!("'{a}' and '{b}' meet near ({x:.3}, {y:.3}, {z:.3}) mm: they have no distance")));
         }
         if nearest.rest > UNKNOWN * nearest.distance {
-            let [x, y, z] = nearest.places[0].foot.point.to_array();
-            let [a, b] = names;
             return Ok(Err(format!(
                 "'{a}' and '{b}' touch near ({x:.3}, {y:.3}, {z:.3}) mm, or all but: their distance is not known there"
             )));

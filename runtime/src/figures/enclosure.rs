@@ -1,7 +1,8 @@
 //! Whether a closed mesh goes round every place once or not at all.
 
+use super::integrals::fine;
 use crate::mesh::TriangleMesh;
-use crate::model::Winding;
+use crate::model::{EvaluationError, Instance, Model, Winding};
 use crate::sampling::halton;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -94,10 +95,30 @@ pub(crate) fn simply_enclosed(mesh: &TriangleMesh) -> Result<(), NoVolume> {
     if places.iter().all(|place| place.sides == [0, 0]) { Err(NoVolume::Flat) } else { Ok(()) }
 }
 
-/// A place at which bodies of a closed mesh lie in each other, or one of them in itself, if so much of them does that
-/// it is worth a sentence. Millimetres.
-#[must_use]
-pub fn overlap(mesh: &TriangleMesh) -> Option<[f64; 3]> {
+/// Where the triangles of a closed mesh lie in each other.
+#[derive(Clone, Copy, Debug)]
+pub struct Overlap {
+    /// One place of it. Millimetres.
+    pub place: [f64; 3],
+    /// The same of fine triangles; none where only the chord is too large for thin walls or gaps.
+    pub of_bodies: Option<[f64; 3]>,
+}
+
+/// Where the triangles of a model's closed mesh lie in each other, if so much of them does that it is worth a sentence.
+///
+/// # Errors
+/// The surface cannot be evaluated.
+pub fn overlap(
+    model: &dyn Model,
+    instance: &dyn Instance,
+    mesh: &TriangleMesh,
+) -> Result<Option<Overlap>, EvaluationError> {
+    let Some(place) = twice_enclosed(mesh) else { return Ok(None) };
+    Ok(Some(Overlap { place, of_bodies: twice_enclosed(&fine(model, instance)?.mesh) }))
+}
+
+/// A place beside a closed mesh that it goes round more than once.
+fn twice_enclosed(mesh: &TriangleMesh) -> Option<[f64; 3]> {
     let places = beside(mesh);
     let found = strange(&places, |number| number > 1);
     found.get(found.len() / 2).map(|beside| beside.place.to_array())

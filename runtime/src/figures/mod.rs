@@ -13,7 +13,7 @@ mod rule;
 mod tests;
 
 pub(crate) use enclosure::simply_enclosed;
-pub use enclosure::{NoVolume, overlap};
+pub use enclosure::{NoVolume, Overlap, overlap};
 pub(crate) use integrals::{Sums, over_patches};
 
 use crate::mesh::{Group, TriangleMesh};
@@ -115,7 +115,7 @@ fn of_parts(
         Ok((value, slopes.map(|slopes| slopes.into_iter().zip(quantities()).map(told).collect())))
     });
     let mut taken: Vec<_> = taken.collect();
-    coincident::check_sides(model, &*instance, figures, &mut taken)?;
+    coincident::check_sides(model, &*instance, figures, &integrated, &mut taken)?;
     checked::check_areas(model, x, figures, &integrated, (size, &mut taken))?;
     Ok(taken)
 }
@@ -205,9 +205,11 @@ fn motions(instance: &dyn Instance, patch: usize, active: usize, uv: [f64; 2]) -
 /// Whether parts enclose a volume, all facing outwards. Triangles of thin walls may pass through each other: finer ones
 /// decide.
 fn encloses(model: &dyn Model, instance: &dyn Instance, fine: &Tessellation, parts: &[usize]) -> Result<(), String> {
-    let is_left = parts.iter().any(|patch| !triangles_of(fine, *patch).is_empty());
+    if parts.iter().all(|patch| triangles_of(fine, *patch).is_empty()) {
+        return Err("nothing is left of its parts".to_owned());
+    }
     encloses_by(model, fine, parts).or_else(|why| {
-        if !is_left || fine.mesh.triangles.len() > MOST_FOR_THIN {
+        if fine.mesh.triangles.len() > MOST_FOR_THIN {
             return Err(why);
         }
         let finer = Tessellation::relative(model, instance, CHORD_OF_THIN).map_err(|error| error.message)?;
@@ -220,9 +222,6 @@ fn encloses_by(model: &dyn Model, fine: &Tessellation, parts: &[usize]) -> Resul
     let mesh = only(&fine.mesh, parts);
     let closedness = Closedness::of_parts(&mesh).map_err(|error| error.message)?;
     let name = |patch: &usize| model.parts()[*patch].name.clone();
-    if closedness.is_empty {
-        return Err("nothing is left of its parts".to_owned());
-    }
     let length: f64 = closedness.open.iter().map(|open| open.length).sum();
     if let Some(open) = closedness.open.first().filter(|_| length > WIDEST_GAPS * mesh.bounds().diagonal()) {
         return Err(format!("its parts enclose no volume: {} is open ({})", name(&(open.patch)), open.side));

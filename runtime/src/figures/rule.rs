@@ -330,7 +330,7 @@ fn poles(
     Ok(poles)
 }
 
-/// How far the place of an edge is narrowed, as a part of the way that is looked at from a chord: to rounding.
+/// The width to which the place of an edge is narrowed, as a part of the way that is looked at from a chord: rounding.
 const EXACT: f64 = 3e-14;
 
 /// The middles of the edges over chords: across the chord from its middle, at most a quarter of its length away.
@@ -387,11 +387,15 @@ fn left_of(way: DVec2, p: &Partials) -> DVec2 {
     square / in_space(p, square).length()
 }
 
-fn apart(places: &[DVec2]) -> (Vec<f64>, Vec<f64>) {
+pub(super) fn apart(places: &[DVec2]) -> (Vec<f64>, Vec<f64>) {
     places.iter().map(|at| (at.x, at.y)).unzip()
 }
 
-fn partials_at(instance: &dyn Instance, patch: usize, places: &[DVec2]) -> Result<Vec<Partials>, EvaluationError> {
+pub(super) fn partials_at(
+    instance: &dyn Instance,
+    patch: usize,
+    places: &[DVec2],
+) -> Result<Vec<Partials>, EvaluationError> {
     let (u, v) = apart(places);
     let mut partials = vec![Partials::default(); places.len()];
     instance.partials(patch, &u, &v, &mut partials)?;

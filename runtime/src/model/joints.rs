@@ -32,21 +32,15 @@ pub(super) fn bodies<'n>(names: impl Iterator<Item = &'n str>) -> Vec<usize> {
 }
 
 /// The pairs of those that meet at one border: where several parts touch there, those of the same part.
-pub(super) fn pairs<T: Copy>(meeting: &[T], body: impl Fn(&T) -> usize) -> Vec<[T; 2]> {
-    if let [a, b] = *meeting {
-        return vec![[a, b]];
-    }
-    let of_body =
-        |first: &T| -> Vec<T> { meeting.iter().filter(|other| body(other) == body(first)).copied().collect() };
-    let mut pairs = Vec::new();
-    let mut seen = Vec::new();
-    for first in meeting {
-        if !seen.contains(&body(first)) {
-            seen.push(body(first));
-            pairs.extend(<[T; 2]>::try_from(of_body(first)));
+pub(super) fn pairs<T: Copy>(meeting: &[T], body: impl Fn(&T) -> usize) -> impl Iterator<Item = [T; 2]> {
+    meeting.iter().enumerate().filter_map(move |(i, first)| {
+        let is_other = |k: usize, other: &T| k != i && (meeting.len() == 2 || body(other) == body(first));
+        let mut others = meeting.iter().enumerate().filter(|(k, other)| is_other(*k, other));
+        match (others.next(), others.next()) {
+            (Some((k, second)), None) if i < k => Some([*first, *second]),
+            _ => None,
         }
-    }
-    pairs
+    })
 }
 
 /// A patch that a joint of some weight reaches, and whether it is turned against the first one.

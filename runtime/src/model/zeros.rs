@@ -22,7 +22,7 @@ impl Bracket {
     /// Where the function is asked next: where a straight line between both values is zero, drawn towards the middle so
     /// that neither end stays, by `least` or more, and no farther from it than `most`. `whole` is the width at first.
     fn next(&self, least: f64, most: f64, whole: f64) -> f64 {
-        /// How far it is drawn in the first step, as a part of the width; later with the square of it.
+        /// The way by which the place is drawn in the first step, as a part of the width; later of its square.
         const DRAWN: f64 = 0.2;
         let [a, b] = self.values;
         let (middle, width) = (self.middle(), self.width());

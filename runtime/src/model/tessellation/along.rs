@@ -24,7 +24,8 @@ const STEEPEST: f64 = 1.5;
 /// By how much the function may differ at the places of all probes where it is level. Millimetres: far above rounding,
 /// far below that by which surfaces that coincide are told apart.
 const LEVEL: f64 = 1e-10;
-/// How far zeros are narrowed, in parts of the axis: all of them, and to rounding those that several probes share.
+/// The widths to which zeros are narrowed, in parts of the axis: those of all zeros, and rounding for those that
+/// several probes share.
 const ROUGH: f64 = 3e-8;
 const EXACT: f64 = 1e-16;
 /// Zeros of several probes are those of one line if they are so near to each other, in parts of the axis: roughly, and

@@ -135,6 +135,7 @@ impl Tessellation {
         progress: &dyn Progress,
     ) -> Result<Self, EvaluationError> {
         progress.report("meshing", f64::NAN, "");
+        let fineness = Self::no_coarser_than_edges(model, instance, fineness)?;
         Self::along_lines(model, instance, fineness, &Lines::find(model, instance)?, progress)
     }
 
@@ -147,7 +148,6 @@ impl Tessellation {
         progress: &dyn Progress,
     ) -> Result<Self, EvaluationError> {
         let Lines { breaks, edges, .. } = lines;
-        let fineness = Self::no_coarser_than_edges(model, instance, fineness)?;
         let mut axes = divided(instance, breaks, fineness)?;
         edges.iter().zip(&mut axes).for_each(|(edges, axes)| along::insert_all(edges, axes));
         limit(&mut axes, breaks, fineness.max_triangles);
@@ -179,7 +179,7 @@ impl Tessellation {
         instance: &dyn Instance,
         fineness: Fineness,
     ) -> Result<Fineness, EvaluationError> {
-        // What is only to be bounded has no chord.
+        // An infinite chord is given where only the extent of the model is asked for.
         if !model.is_trimmed() || fineness.chord == f64::INFINITY {
             return Ok(fineness);
         }
@@ -283,7 +283,7 @@ impl Tessellation {
             origins: &mut self.origins,
             ends: axes.iter().map(ends).collect(),
             poles,
-            bodies: bodies.clone(),
+            bodies,
             oblique: breaks.iter().map(|b| b.oblique).collect(),
             chord: fineness.chord,
             most_triangles,
@@ -340,7 +340,7 @@ impl Tessellation {
     }
 }
 
-/// What a tessellation follows, whatever its fineness.
+/// The properties of patches that tessellations of any fineness follow.
 struct Lines {
     /// By patch.
     breaks: Vec<Breaks>,

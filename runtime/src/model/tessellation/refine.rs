@@ -33,7 +33,7 @@ pub(super) struct Refinement<'a> {
     /// By patch the sides that are points: the parameter along them says nothing there.
     pub(super) poles: Vec<Vec<Side>>,
     /// By patch the number of its part: the surfaces of one close it.
-    pub(super) bodies: Vec<usize>,
+    pub(super) bodies: &'a [usize],
     /// Patches with conditions of both u and v.
     pub(super) oblique: Vec<bool>,
     pub(super) chord: f64,
@@ -52,6 +52,7 @@ impl Refinement<'_> {
     /// # Errors
     /// The surface cannot be evaluated.
     pub(super) fn run(&mut self, progress: &dyn Progress) -> Result<f64, EvaluationError> {
+        // No triangle leaves the surface by more.
         if self.chord == f64::INFINITY {
             return Ok(self.chord);
         }

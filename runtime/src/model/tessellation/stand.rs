@@ -9,7 +9,8 @@ use crate::model::{Bracket, EvaluationError, Partials, narrow};
 use glam::DVec3;
 use std::collections::HashMap;
 
-/// How far the zero on a side is narrowed where it only says whether the edge is straight, as a part of the side.
+/// The width to which the zero on a side is narrowed where it only says whether the edge is straight, as a part of the
+/// side.
 const ROUGH: f64 = 1e-9;
 /// Where between the crossings of an edge its straightness is asked for.
 const ALONG: [f64; 3] = [0.5, 0.25, 0.75];

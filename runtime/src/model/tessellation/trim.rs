@@ -20,7 +20,7 @@ pub(super) const COARSEST: f64 = 0.01;
 const ROUNDS: usize = 40;
 /// Triangles that one thread looks at: enough that evaluating many places at once pays.
 const BATCH: usize = 512;
-/// How far the zero on an edge is narrowed, as a part of it: to the rounding of u and v.
+/// The width to which the zero on an edge is narrowed, as a part of the edge: the rounding of u and v.
 const EXACT: f64 = 1e-15;
 /// The least part of an edge that is cut off: nearer to a vertex the vertex itself counts as on the edge.
 const LEAST_PART: f64 = 1e-6;
