@@ -37,6 +37,10 @@ const ON_EDGE: f64 = 2e-6;
 /// How far beside an edge its slope is asked for, in millimetres: farther than surfaces that coincide are told apart.
 const BESIDE_EDGE: f64 = 2e-5;
 
+/// The least change by a millimetre of a function that says where its edge is. At the border of a patch a short piece
+/// may end where the function is level; where a fillet of a metre is tangent to a wall it is 4e-5.
+const LEVEL: f64 = 1e-6;
+
 /// Places and weights for integrals over (u, v).
 #[derive(Debug, Default)]
 pub(super) struct Rule {
@@ -289,7 +293,8 @@ impl Rule {
             let slope = slope(clearer[i], i);
             let stretch = DVec3::from(surface[i].du).cross(DVec3::from(surface[i].dv)).length();
             let by_value = stretch * step.perp_dot(slope) / slope.length_squared();
-            if by_value.is_finite() {
+            let by_millimetre = slope.dot(across[i]) / BESIDE_EDGE;
+            if by_value.is_finite() && by_millimetre.abs() > LEVEL {
                 for (a, (_, sum)) in flux.iter_mut().enumerate() {
                     *sum += by_value * motions[(i * active.len() + a) * 3];
                 }

@@ -70,17 +70,38 @@ const CHORD: f64 = 0.01;
 /// The same of models with trimmed parts, whose triangles also say where the edges of parts meet.
 const CHORD_OF_TRIMMED: f64 = 0.001;
 
+/// The same where gaps may be narrower than that: what is open by a ten-thousandth of the diagonal is said.
+const CHORD_OF_GAPS: f64 = 1e-4;
+
+/// How far vertices may have been put beside a surface, in chords, for the gap to be that between the triangles of two
+/// surfaces that end in one curve: plain edges have a millionth of a millimetre, corners where fillets end up to half a
+/// chord, and two holes that overlap by a little all of their overlap.
+const STRETCHED: f64 = 0.1;
+
 /// The same where walls may be thinner than that.
 pub(crate) const CHORD_OF_THIN: f64 = 1e-5;
 
 impl Closedness {
+    /// The parts (patches) of closed bodies whose outer side is the inner one as written: all that is asked of models
+    /// that are not shown to anybody. Narrow gaps are not looked for.
+    ///
+    /// # Errors
+    /// The surface cannot be evaluated.
+    pub fn inverted(model: &dyn Model, instance: &dyn Instance) -> Result<Vec<usize>, EvaluationError> {
+        let closedness = match model.is_trimmed() {
+            true => Self::of_thin(model, instance, &Self::tessellation(model, instance)?)?,
+            false => Self::of(model, instance)?,
+        };
+        Ok(closedness.inverted)
+    }
+
     /// Looks at the borders of all parts.
     ///
     /// # Errors
     /// The surface cannot be evaluated.
     pub fn of(model: &dyn Model, instance: &dyn Instance) -> Result<Self, EvaluationError> {
         if model.is_trimmed() {
-            return Self::of_trimmed(model, instance, &Self::tessellation(model, instance)?.mesh);
+            return Self::of_trimmed(model, instance, &Self::tessellation(model, instance)?);
         }
         let of_patch = |patch| intervals::of_patch(instance, patch, &Breaks::of_patch(instance, patch)?);
         let axes = (0..model.parts().len()).map(of_patch).collect::<Result<Vec<_>, _>>()?;
@@ -112,7 +133,7 @@ impl Closedness {
         tessellation: &Tessellation,
     ) -> Result<Self, EvaluationError> {
         match model.is_trimmed() {
-            true => Self::of_trimmed(model, instance, &tessellation.mesh),
+            true => Self::of_trimmed(model, instance, tessellation),
             false => Self::of(model, instance),
         }
     }
@@ -125,10 +146,21 @@ impl Closedness {
         Tessellation::relative(model, instance, CHORD_OF_TRIMMED)
     }
 
-    /// The same of a model with trimmed parts: by the edges of its triangles. Those of thin walls may pass through each
-    /// other, so that a body seems to be turned inside out: then finer ones are asked.
-    fn of_trimmed(model: &dyn Model, instance: &dyn Instance, mesh: &TriangleMesh) -> Result<Self, EvaluationError> {
-        let closedness = Self::of_parts(mesh)?;
+    /// The same of a model with trimmed parts: by the edges of its triangles, which close gaps as wide as their chord.
+    /// Where they have closed one, finer ones are asked.
+    fn of_trimmed(model: &dyn Model, instance: &dyn Instance, of: &Tessellation) -> Result<Self, EvaluationError> {
+        let closedness = Self::of_thin(model, instance, of)?;
+        let is_stretched = of.stretch > STRETCHED * CHORD_OF_TRIMMED * of.mesh.bounds().diagonal();
+        if closedness.is_closed() && is_stretched {
+            return Self::of_parts(&Tessellation::relative(model, instance, CHORD_OF_GAPS)?.mesh);
+        }
+        Ok(closedness)
+    }
+
+    /// The same, whatever gaps were closed. The triangles of thin walls may pass through each other, so that a body
+    /// seems to be turned inside out: then finer ones are asked.
+    fn of_thin(model: &dyn Model, instance: &dyn Instance, of: &Tessellation) -> Result<Self, EvaluationError> {
+        let closedness = Self::of_parts(&of.mesh)?;
         if closedness.inverted.is_empty() {
             return Ok(closedness);
         }

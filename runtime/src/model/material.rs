@@ -74,7 +74,7 @@ impl Material {
     /// # Errors
     /// The surface cannot be evaluated.
     pub fn new(model: &dyn Model, instance: &dyn Instance) -> Result<Self, EvaluationError> {
-        let inverted = Closedness::of(model, instance)?.inverted;
+        let inverted = Closedness::inverted(model, instance)?;
         let diagonal = Tessellation::rough_diagonal(model, instance, ROUGH)?;
         Self::of(model, instance, &inverted, diagonal)
     }

@@ -103,7 +103,7 @@ impl Passages {
         if !places.par_iter().step_by(FIRST).any(seems) {
             return Ok(None);
         }
-        let inverted = Closedness::of(model, instance)?.inverted;
+        let inverted = Closedness::inverted(model, instance)?;
         let material = Material::of_mesh(mesh, &inverted, scale);
         let at = |p: &Place| material.at(p.patch, p.point, p.normal);
         let mut standing: Vec<Standing> = places.par_iter().map(at).collect();

@@ -153,7 +153,7 @@ impl<'a> Surface<'a> {
         let fineness = Fineness { chord: fineness.chord.max(LEAST_CHORD * size), ..fineness };
         let mut tessellation = Tessellation::new(model, &*instance, fineness)?.with_atlas(&atlas);
         let mut inverted = vec![false; model.parts().len()];
-        let turned = Closedness::of(model, &*instance)?.inverted;
+        let turned = Closedness::inverted(model, &*instance)?;
         turned.iter().for_each(|patch| inverted[*patch] = true);
         let material = Material::of(model, &*instance, &turned, size)?;
         let standing = material.of_texels(&texels);

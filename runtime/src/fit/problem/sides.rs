@@ -163,8 +163,8 @@ fn outward(level: &Level, estimate: &Estimate) -> Vec<i8> {
     let model = level.problem.model;
     let mut signs = vec![1; model.parts().len()];
     let instance = level.space.x(&estimate.z).and_then(|x| model.instantiate(&x).ok());
-    if let Some(closedness) = instance.and_then(|instance| Closedness::of(model, &*instance).ok()) {
-        closedness.inverted.iter().for_each(|patch| signs[*patch] = -1);
+    if let Some(inverted) = instance.and_then(|instance| Closedness::inverted(model, &*instance).ok()) {
+        inverted.iter().for_each(|patch| signs[*patch] = -1);
     }
     signs
 }

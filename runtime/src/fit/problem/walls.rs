@@ -76,7 +76,7 @@ impl Walls {
         let places = all_places(model, instance);
         let diagonal = Points::of(instance, &places).map_or(0.0, |points| points.diagonal());
         let tessellation = Tessellation::new(model, instance, Material::fineness(diagonal))?;
-        let material = Material::of_mesh(&tessellation.mesh, &Closedness::of(model, instance)?.inverted, diagonal);
+        let material = Material::of_mesh(&tessellation.mesh, &Closedness::inverted(model, instance)?, diagonal);
         let area = places.iter().flat_map(|p| &p.area).sum();
         Ok(Self { tessellation, material, places, area })
     }

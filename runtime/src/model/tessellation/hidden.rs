@@ -22,8 +22,12 @@ const SMALL: f64 = 16.0;
 const REACH: f64 = 0.58;
 /// How many triangles that follow each other, and so are mostly neighbours, are looked at as one at first.
 const GROUP: usize = 32;
-/// The most cells at a time of a batch of triangles (`trim`): 400 for each. A thread takes 20 megabytes for them.
-const MOST_CELLS: usize = 200_000;
+/// The most cells of a batch of triangles (`trim`) that are looked at: 4000 for each. The example that has the most, a
+/// window, takes 1500 for each of a batch.
+const MOST_CELLS: usize = 2_000_000;
+/// How many cells are looked at at a time: enough that evaluating many places at once pays, and few enough that they
+/// stay in the processor's cache.
+const AT_A_TIME: usize = 1024;
 
 /// A triangle, and what the places that were asked say of it.
 pub(super) struct Seen {
@@ -65,31 +69,38 @@ impl Seen {
     }
 }
 
-/// A part of a triangle, by its corners in barycentric coordinates.
+/// A part of a triangle.
 struct Cell {
     /// The triangle's place in the list.
     of: usize,
-    corners: [[f64; 3]; 3],
+    /// Its corners in barycentric coordinates of the triangle, and in space.
+    weights: [[f64; 3]; 3],
+    corners: [DVec3; 3],
 }
 
 impl Cell {
+    /// Barycentric coordinates of its middle.
     fn middle(&self) -> [f64; 3] {
-        [0, 1, 2].map(|c| self.corners.iter().map(|w| w[c]).sum::<f64>() / 3.0)
+        let [a, b, c] = self.weights;
+        [0, 1, 2].map(|k| (a[k] + b[k] + c[k]) / 3.0)
     }
 
-    /// How far its corners are from its middle.
-    fn reach(&self, position: &impl Fn([f64; 3]) -> DVec3) -> f64 {
-        let middle = position(self.middle());
-        self.corners.iter().map(|w| position(*w).distance(middle)).fold(0.0, f64::max)
+    /// Its middle in space, and how far its corners are from there.
+    fn ball(&self) -> (DVec3, f64) {
+        let [a, b, c] = self.corners;
+        let middle = (a + b + c) / 3.0;
+        (middle, [a, b, c].map(|corner| corner.distance_squared(middle)).into_iter().fold(0.0, f64::max).sqrt())
     }
 
     /// Both halves, from the middle of its longest side.
-    fn halves(&self, position: &impl Fn([f64; 3]) -> DVec3) -> [Self; 2] {
-        let side = |k: usize| position(self.corners[k]).distance_squared(position(self.corners[(k + 1) % 3]));
+    fn halves(&self) -> [Self; 2] {
+        let side = |k: usize| self.corners[k].distance_squared(self.corners[(k + 1) % 3]);
         let first = (1..3).fold(0, |best, k| if side(k) > side(best) { k } else { best });
-        let [a, b, c] = [0, 1, 2].map(|k| self.corners[(first + k) % 3]);
-        let middle = between(a, b, 0.5);
-        [[a, middle, c], [middle, b, c]].map(|corners| Self { of: self.of, corners })
+        let [i, j, k] = [first, (first + 1) % 3, (first + 2) % 3];
+        let (w, p) = (self.weights, self.corners);
+        let (weights, middle) = (between(w[i], w[j], 0.5), (p[i] + p[j]) * 0.5);
+        [([w[i], weights, w[k]], [p[i], middle, p[k]]), ([weights, w[j], w[k]], [middle, p[j], p[k]])]
+            .map(|(weights, corners)| Self { of: self.of, weights, corners })
     }
 }
 
@@ -105,29 +116,31 @@ impl Refinement<'_> {
         let least = 0.5 * SMALL * self.chord;
         let finest = |seen: &Seen| least.max(REACH * FINEST * self.longest_side(seen.triangle));
         let finest: Vec<f64> = triangles.iter().map(finest).collect();
-        let ways: Vec<_> = triangles.iter().map(|t| (self.uv(t.triangle), self.position(t.triangle))).collect();
+        let ways: Vec<_> = triangles.iter().map(|t| self.uv(t.triangle)).collect();
         let mut cells = self.near_zero(triangles, keeps)?;
+        let mut looked_at = 0;
         // The parts become finer than what is looked for, so that there is an end.
-        while !cells.is_empty() && cells.len() <= MOST_CELLS {
-            let numbers: Vec<usize> = cells.iter().map(|cell| triangles[cell.of].triangle).collect();
+        while !cells.is_empty() && looked_at < MOST_CELLS {
+            let batch = cells.split_off(cells.len().saturating_sub(AT_A_TIME));
+            looked_at += batch.len();
+            let numbers: Vec<usize> = batch.iter().map(|cell| triangles[cell.of].triangle).collect();
             let middle = |cell: &Cell| {
-                let (u, v) = ways[cell.of].0(cell.middle());
+                let (u, v) = ways[cell.of](cell.middle());
                 [u.clamp(0.0, 1.0), v.clamp(0.0, 1.0)]
             };
-            let middles: Vec<[f64; 2]> = cells.iter().map(middle).collect();
+            let middles: Vec<[f64; 2]> = batch.iter().map(middle).collect();
             let values = self.keeps_at(&numbers, &middles, keeps)?;
-            let mut next = Vec::new();
-            for (cell, value) in cells.iter().zip(values) {
-                let (seen, position) = (&triangles[cell.of], &ways[cell.of].1);
-                let expected = seen.expected(position(cell.middle()), self.chord);
-                hide[cell.of] |= sign(value) * expected < 0;
-                let reach = cell.reach(position);
+            for (cell, value) in batch.iter().zip(values) {
+                if hide[cell.of] {
+                    continue;
+                }
+                let (middle, reach) = cell.ball();
+                hide[cell.of] = sign(value) * triangles[cell.of].expected(middle, self.chord) < 0;
                 if !hide[cell.of] && reach > finest[cell.of] && value.abs() < STEEPEST * reach {
-                    next.extend(cell.halves(position));
+                    cells.extend(cell.halves());
                 }
             }
-            next.retain(|cell| !hide[cell.of]);
-            cells = next;
+            while cells.pop_if(|cell| hide[cell.of]).is_some() {}
         }
         Ok(hide)
     }
@@ -150,6 +163,11 @@ impl Refinement<'_> {
         let numbers: Vec<usize> = groups.iter().map(|group| triangles[group[0]].triangle).collect();
         let values = self.keeps_at(&numbers, &middles, keeps)?;
         let places = self.partials_at(&numbers, &middles)?;
+        let cell = |of: usize| Cell {
+            of,
+            weights: CORNERS,
+            corners: self.mesh.corners(self.mesh.triangles[triangles[of].triangle]),
+        };
         let mut cells = Vec::new();
         for ((group, value), place) in groups.iter().zip(values).zip(places) {
             let place = DVec3::from_array(place.point);
@@ -158,7 +176,7 @@ impl Refinement<'_> {
             let is_clear = |k: &usize| {
                 matches!(triangles[*k].side, Side::Whole(side) if side == sign(value)) && value.abs() > STEEPEST * reach
             };
-            cells.extend(group.iter().filter(|k| !is_clear(k)).map(|k| Cell { of: *k, corners: CORNERS }));
+            cells.extend(group.iter().filter(|k| !is_clear(k)).map(|k| cell(*k)));
         }
         Ok(cells)
     }

@@ -99,6 +99,9 @@ pub struct Tessellation {
     pub lines: Vec<Vec<u32>>,
     /// The largest distance between triangles and surface that was measured. Millimetres.
     pub chord: f64,
+    /// The largest distance by which vertices were put beside a trimmed patch, to close the gap between it and others
+    /// that end there. Millimetres.
+    pub stretch: f64,
 }
 
 impl Tessellation {
@@ -288,9 +291,11 @@ impl Tessellation {
             chord: fineness.chord,
             most_triangles,
             jump: 0.0,
+            stretch: 0.0,
         };
         let chord = refinement.run(progress)?;
         refinement.trim(keeps)?;
+        self.stretch = refinement.stretch;
         self.chord = chord;
         if keeps.iter().any(Option::is_some) {
             self.drop_unused();

@@ -40,6 +40,9 @@ pub(super) struct Refinement<'a> {
     pub(super) most_triangles: usize,
     /// The largest jump of the surface that edges cross. Millimetres.
     pub(super) jump: f64,
+    /// The largest distance between a patch and vertices of others that were put on its edge, to close the gap between
+    /// them. Millimetres.
+    pub(super) stretch: f64,
 }
 
 /// An edge by the numbers of its points, lower first; points at one position have one number.
@@ -218,12 +221,17 @@ impl Refinement<'_> {
     pub(super) fn uv(&self, triangle: usize) -> impl Fn([f64; 3]) -> (f64, f64) + use<> {
         let corners = self.mesh.triangles[triangle].map(|i| self.origins[i as usize]);
         let poles = corners.map(|c| self.pole(&c));
-        let mean = move |axis: usize, weights: [f64; 3]| {
-            let value = |k: usize| [corners[k].u, corners[k].v][axis];
-            let sum = |part: &dyn Fn(usize) -> f64| -> f64 { (0..3).map(|k| weights[k] * part(k)).sum() };
-            let counts = |k: usize| f64::from(u8::from(poles[k] != Some(axis)));
-            let all = sum(&counts);
-            if all > 0.0 && all < 1.0 { sum(&|k| counts(k) * value(k)) / all } else { sum(&value) }
+        let is_plain = poles.iter().all(Option::is_none);
+        let mean = move |axis: usize, [a, b, c]: [f64; 3]| {
+            let values = corners.map(|corner| if axis == 0 { corner.u } else { corner.v });
+            let sum = |[a, b, c]: [f64; 3]| a * values[0] + b * values[1] + c * values[2];
+            if is_plain {
+                return sum([a, b, c]);
+            }
+            let counts = [0, 1, 2].map(|k| f64::from(u8::from(poles[k] != Some(axis))));
+            let counted = [a * counts[0], b * counts[1], c * counts[2]];
+            let all: f64 = counted.iter().sum();
+            if all > 0.0 && all < 1.0 { sum(counted) / all } else { sum([a, b, c]) }
         };
         move |weights| (mean(0, weights), mean(1, weights))
     }

@@ -408,6 +408,7 @@ fn add_at(mesh: &mut Refinement<'_>, [a, b]: [u32; 2], vertex: u32) -> Result<u3
         (at, partials) = (next, there);
     }
     let normal = unit_normals(mesh.instance, at.patch as usize, &[at.u], &[at.v], &[partials])?;
+    mesh.stretch = mesh.stretch.max(DVec3::from_array(partials.point).distance(target));
     let new = mesh.mesh.positions.len() as u32;
     mesh.mesh.positions.push(target.to_array());
     mesh.mesh.normals.push(normal[0].unwrap_or(DVec3::Z).to_array());
