@@ -515,7 +515,7 @@ fn intersection(solids) = _combined(solids, -1)
 
 /// The union of an array of solids that do not touch each other: none asks where the others are, so that there may be a
 /// hundred of them. Their surfaces are `at[0]`, `at[1]` and so on. `gmlc check` says that the model is not closed
-/// where they overlap.
+/// where they overlap by more than some ten-thousandths of its size.
 /// ```gml
 /// // part plate = box() - {hole: separate(for i in 0..100 { bolt.translate(place(i)) })}   // plate.hole[3].wall
 /// let two = separate(for i in 0..2 { ball(radius: 2mm).translate((i * 9mm, 0mm, 0mm)) })

@@ -20,6 +20,7 @@ mod ended;
 mod examples;
 mod exports;
 mod fillets;
+mod gaps;
 mod held;
 mod inspect;
 #[cfg(unix)]
