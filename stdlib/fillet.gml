@@ -251,6 +251,8 @@ fn _edge_of(pair, filled) {
     "these surfaces of the body do not meet in an edge that could be rounded, or not any more"
   let k = int(chosen)
   let (once, again) = (stop(_survey(pair, filled, k, 0)), stop(_survey(pair, filled, k, 1)))
+  require stop(min(_to_other_wall(pair, k, once, 0), _to_other_wall(pair, k, again, 1))) < pair.radius / 10,
+    "these surfaces of the body do not meet: one of them meets only what lies in the same plane, or the same cylinder, as the other one"
   // Two edges that end in each other are one, which turns back.
   let beyond = min(_meeting(pair, k, once[1] - 1/32, 0), _meeting(pair, k, once[2] + 1/32, 0))
   require again[6] == 0 or beyond > -0.5,
@@ -261,6 +263,37 @@ fn _edge_of(pair, filled) {
   require not pair.flat or max(once[8], again[8]) - min(once[7], again[7]) < 1e-6,
     "the angle between these surfaces is not the same all along their edge, so that no chamfer has legs of one size: 'fillet' rounds it"
   {along: k, kind: if sum > 0 { 1.0 } else { -1.0 }, runs: [once, again], cosine: _cosine(pair, k, once)}
+}
+
+/// The least distance of nine places of an edge from the other wall, within its borders: where it goes on beyond them
+/// another surface may be there.
+fn _to_other_wall(pair, k: int, run, last: int) -> length = if run[6] > 0 {
+  loop(_far, 9, |least, i| {
+    let t = mix(run[1], run[2], i / 8)
+    let e = _on_wall(pair, k, t, _meeting(pair, k, t, last))
+    let to_wall = if k < 2 { _to_surface(pair.of_b, e) } else { _to_surface(pair.of_a, e) }
+    min(least, to_wall)
+  })
+} else {
+  _far
+}
+
+/// The distance of a point from a surface within its borders: steps of Gauss's and Newton's from the nearest of 64
+/// places.
+fn _to_surface(s, p) -> length {
+  let (u, v, _) = loop((0.5, 0.5, _far), 64, |best, i| {
+    let (u, v) = ((i % 8 + 0.5) / 8, (floor(i / 8) + 0.5) / 8)
+    let d = norm(s(u, v) - p)
+    if d < best[2] { (u, v, d) } else { best }
+  })
+  fn at(u: real, v: real) = s(u, v)
+  let (near_u, near_v) = loop((u, v), 8, |c, i| {
+    let (a, b, off) = (at'u(c[0], c[1]), at'v(c[0], c[1]), p - at(c[0], c[1]))
+    let (e, f, g, x, y) = (dot(a, a), dot(a, b), dot(b, b), dot(off, a), dot(off, b))
+    let d = e * g - f * f + _near ^ 4
+    (clamp(c[0] + (g * x - f * y) / d, 0, 1), clamp(c[1] + (e * y - f * x) / d, 0, 1))
+  })
+  norm(at(near_u, near_v) - p)
 }
 
 /// The cosine of the angle between both normals in the middle of an edge, with its derivative.

@@ -195,6 +195,33 @@ fn a_fillet_that_is_not_possible_says_why() {
     }
 }
 
+/// A fillet knows a surface as it goes on beyond its borders, and found the edge of another one in the same plane: two
+/// posts of one height, and the prongs of a fork.
+#[test]
+fn surfaces_that_do_not_meet_have_no_fillet() {
+    let folder = tempdir().expect("a folder");
+    let posts = "box(width: 60mm, depth: 30mm, height: 10mm)
+    + {a: box(width: 10mm, depth: 10mm, height: 20mm).translate((-15mm, 0mm, 0mm))}
+    + {b: box(width: 10mm, depth: 10mm, height: 20mm).translate((15mm, 0mm, 0mm))}";
+    let fork = "extruded([(0mm, 0mm), (30mm, 0mm), (30mm, 20mm), (20mm, 20mm), (20mm, 10mm), (10mm, 10mm),
+    (10mm, 20mm), (0mm, 20mm)], 8mm)";
+    for (body, call) in [
+        (posts, "fillet(a.top, b.right, 2mm)"),
+        (fork, "fillet(side[2], side[5], 2mm)"),
+        (fork, "chamfer(side[6], side[3], 1mm)"),
+    ] {
+        let script =
+            format!("use std.solid (box, extruded)\nmodel m {{\n  let body = {body}\n  part p = body.{call}\n}}\n");
+        fs::write(folder.path().join("m.gml"), script).expect("written");
+        let errors = fails(folder.path(), &["check", "m.gml"], 1);
+        assert!(errors.contains("do not meet"), "{call}: {errors}");
+    }
+    let script = format!(
+        "use std.solid (box)\nmodel m {{\n  let body = {posts}\n  part p = body.fillet(b.top, b.right, 2mm)\n}}\n"
+    );
+    assert_eq!(checked(&script, &[])["closed"], true);
+}
+
 /// The points of a part and their normals at some places.
 fn points(program: &Program, part: &str, places: &[(f64, f64)]) -> Vec<([f64; 3], [f64; 3])> {
     let x: Vec<f64> = program.parameters().iter().map(|p| p.default).collect();
