@@ -632,18 +632,19 @@ fn _beside_edge(pair, filled, s, p, on) {
   } else {
     let c = _center_beside(f, g, p, radius)
     let beside = max(outer, _beside_center(f, g, p, c, radius, pair.flat))
-    let far = _away * radius
-    if beside >= far {
+    if beside > 0mm {
       beside
     } else {
-      let behind = _behind_ball(pair, filled, s, {
-        center: c,
-        to_wall: -_gradient(f, c),
-        to_other: -_gradient(g, c),
-      })
-      // Where there is nothing behind, the function does not jump beside the places that the ball would touch. On the
-      // border of the body it is negative, and beside the surface that ends the body positive.
-      max(beside, min(behind - _near / 2, 4 * (far - beside)))
+      // On the border of the body it is negative, and beside the surface that ends the body positive.
+      max(
+        beside,
+        _behind_ball(pair, filled, s, {
+          center: c,
+          to_wall: -_gradient(f, c),
+          to_other: -_gradient(g, c),
+        })
+          - _near / 2,
+      )
     }
   }
 }
