@@ -271,8 +271,8 @@ fn _to_other_wall(pair, k: int, run, last: int) -> length = if run[6] > 0 {
   loop(_far, 9, |least, i| {
     let t = mix(run[1], run[2], i / 8)
     let e = _on_wall(pair, k, t, _meeting(pair, k, t, last))
-    let to_wall = if k < 2 { _to_surface(pair.of_b, e) } else { _to_surface(pair.of_a, e) }
-    min(least, to_wall)
+    let other = if k < 2 { 2 } else { 0 }
+    min(least, _to_surface(|u: real, v: real| _on_wall(pair, other, u, v), e))
   })
 } else {
   _far
@@ -286,14 +286,13 @@ fn _to_surface(s, p) -> length {
     let d = norm(s(u, v) - p)
     if d < best[2] { (u, v, d) } else { best }
   })
-  fn at(u: real, v: real) = s(u, v)
   let (near_u, near_v) = loop((u, v), 8, |c, i| {
-    let (a, b, off) = (at'u(c[0], c[1]), at'v(c[0], c[1]), p - at(c[0], c[1]))
+    let (a, b, off) = (s'u(c[0], c[1]), s'v(c[0], c[1]), p - s(c[0], c[1]))
     let (e, f, g, x, y) = (dot(a, a), dot(a, b), dot(b, b), dot(off, a), dot(off, b))
     let d = e * g - f * f + _near ^ 4
     (clamp(c[0] + (g * x - f * y) / d, 0, 1), clamp(c[1] + (e * y - f * x) / d, 0, 1))
   })
-  norm(at(near_u, near_v) - p)
+  norm(s(near_u, near_v) - p)
 }
 
 /// The cosine of the angle between both normals in the middle of an edge, with its derivative.

@@ -70,16 +70,16 @@ const CHORD: f64 = 0.01;
 /// The same of models with trimmed parts, whose triangles also say where the edges of parts meet.
 const CHORD_OF_TRIMMED: f64 = 0.001;
 
-/// The same where gaps may be narrower than that: what is open by a ten-thousandth of the diagonal is said.
+/// The same where that closes gaps that are there: what is open by some of these chords is said.
 const CHORD_OF_GAPS: f64 = 1e-4;
-
-/// How far vertices may have been put beside a surface, in chords, for the gap to be that between the triangles of two
-/// surfaces that end in one curve: plain edges have a millionth of a millimetre, corners where fillets end up to half a
-/// chord, and two holes that overlap by a little all of their overlap.
-const STRETCHED: f64 = 0.1;
 
 /// The same where walls may be thinner than that.
 pub(crate) const CHORD_OF_THIN: f64 = 1e-5;
+
+/// The distance from a surface, in chords, of vertices that closed a gap there, from which on the gap may be one of the
+/// model and not of its triangles alone. At plain edges it is a millionth of a millimetre, at corners where fillets end
+/// up to half a chord, and where two holes overlap by a little as much as they overlap.
+const STRETCHED: f64 = 0.1;
 
 impl Closedness {
     /// The parts (patches) of closed bodies whose outer side is the inner one as written: all that is asked of models
@@ -88,11 +88,14 @@ impl Closedness {
     /// # Errors
     /// The surface cannot be evaluated.
     pub fn inverted(model: &dyn Model, instance: &dyn Instance) -> Result<Vec<usize>, EvaluationError> {
-        let closedness = match model.is_trimmed() {
-            true => Self::of_thin(model, instance, &Self::tessellation(model, instance)?)?,
-            false => Self::of(model, instance)?,
-        };
-        Ok(closedness.inverted)
+        if !model.is_trimmed() {
+            return Ok(Self::of(model, instance)?.inverted);
+        }
+        let inverted = Self::of_parts(&Self::tessellation(model, instance)?.mesh)?.inverted;
+        if inverted.is_empty() {
+            return Ok(inverted);
+        }
+        Ok(Self::of_finer(model, instance, CHORD_OF_THIN)?.inverted)
     }
 
     /// Looks at the borders of all parts.
@@ -146,25 +149,24 @@ impl Closedness {
         Tessellation::relative(model, instance, CHORD_OF_TRIMMED)
     }
 
-    /// The same of a model with trimmed parts: by the edges of its triangles, which close gaps as wide as their chord.
-    /// Where they have closed one, finer ones are asked.
+    /// The same of a model with trimmed parts: by the edges of its triangles. Those of thin walls may pass through each
+    /// other, so that a body seems to be turned inside out, and gaps as wide as their chord are closed: then finer ones
+    /// are asked.
     fn of_trimmed(model: &dyn Model, instance: &dyn Instance, of: &Tessellation) -> Result<Self, EvaluationError> {
-        let closedness = Self::of_thin(model, instance, of)?;
+        let closedness = Self::of_parts(&of.mesh)?;
+        if !closedness.inverted.is_empty() {
+            return Self::of_finer(model, instance, CHORD_OF_THIN);
+        }
         let is_stretched = of.stretch > STRETCHED * CHORD_OF_TRIMMED * of.mesh.bounds().diagonal();
         if closedness.is_closed() && is_stretched {
-            return Self::of_parts(&Tessellation::relative(model, instance, CHORD_OF_GAPS)?.mesh);
+            return Self::of_finer(model, instance, CHORD_OF_GAPS);
         }
         Ok(closedness)
     }
 
-    /// The same, whatever gaps were closed. The triangles of thin walls may pass through each other, so that a body
-    /// seems to be turned inside out: then finer ones are asked.
-    fn of_thin(model: &dyn Model, instance: &dyn Instance, of: &Tessellation) -> Result<Self, EvaluationError> {
-        let closedness = Self::of_parts(&of.mesh)?;
-        if closedness.inverted.is_empty() {
-            return Ok(closedness);
-        }
-        Self::of_parts(&Tessellation::relative(model, instance, CHORD_OF_THIN)?.mesh)
+    /// The same by triangles of another chord, as a part of the diagonal.
+    fn of_finer(model: &dyn Model, instance: &dyn Instance, chord: f64) -> Result<Self, EvaluationError> {
+        Self::of_parts(&Tessellation::relative(model, instance, chord)?.mesh)
     }
 
     /// The same of some parts alone, by the edges of their triangles.

@@ -121,7 +121,8 @@ impl Refinement<'_> {
         let mut looked_at = 0;
         // The parts become finer than what is looked for, so that there is an end.
         while !cells.is_empty() && looked_at < MOST_CELLS {
-            let batch = cells.split_off(cells.len().saturating_sub(AT_A_TIME));
+            let mut batch = cells.split_off(cells.len().saturating_sub(AT_A_TIME));
+            batch.retain(|cell| !hide[cell.of]);
             looked_at += batch.len();
             let numbers: Vec<usize> = batch.iter().map(|cell| triangles[cell.of].triangle).collect();
             let middle = |cell: &Cell| {
@@ -140,7 +141,6 @@ impl Refinement<'_> {
                     cells.extend(cell.halves());
                 }
             }
-            while cells.pop_if(|cell| hide[cell.of]).is_some() {}
         }
         Ok(hide)
     }
