@@ -12,7 +12,7 @@ use glam::{DVec2, DVec3};
 pub(super) struct Keep {
     /// Millimetres, in the library's solids.
     pub(super) value: f64,
-    /// Its derivatives by u and v.
+    /// Its derivatives by u and v, where a vertex of the same cell is level and this one is not; elsewhere 0.
     pub(super) slope: [f64; 2],
 }
 
@@ -125,7 +125,8 @@ struct Sampled {
     ends: [Vec<[usize; 2]>; 2],
 }
 
-/// The function of what is there on a grid, u running fastest.
+/// The function of what is there on a grid, u running fastest. Slopes are evaluated beside level vertices only, where
+/// [`Keep::cut`] asks for them: they take twice the time of the values.
 ///
 /// # Errors
 /// It cannot be evaluated.
@@ -135,9 +136,29 @@ pub(super) fn keeps_on_grid(
     u: &[f64],
     v: &[f64],
 ) -> Result<Vec<Keep>, EvaluationError> {
-    let mut partials = vec![Partials::default(); u.len() * v.len()];
-    instance.partials_grid(keep, u, v, &mut partials)?;
-    Ok(partials.iter().map(|p| Keep { value: p.point[0], slope: [p.du[0], p.dv[0]] }).collect())
+    let mut values = vec![[0.0; 3]; u.len() * v.len()];
+    instance.points_grid(keep, u, v, &mut values)?;
+    let mut keeps: Vec<Keep> = values.iter().map(|value| Keep { value: value[0], slope: [0.0; 2] }).collect();
+    let beside = beside_level(&keeps, u.len());
+    let (of_u, of_v): (Vec<f64>, Vec<f64>) = beside.iter().map(|k| (u[k % u.len()], v[k / u.len()])).unzip();
+    let mut partials = vec![Partials::default(); beside.len()];
+    instance.partials(keep, &of_u, &of_v, &mut partials)?;
+    beside.into_iter().zip(&partials).for_each(|(k, p)| keeps[k].slope = [p.du[0], p.dv[0]]);
+    Ok(keeps)
+}
+
+/// The vertices of a grid that are not level and share a cell with one that is.
+fn beside_level(keeps: &[Keep], width: usize) -> Vec<usize> {
+    let around = |at: usize, count: usize| at.saturating_sub(1)..(at + 2).min(count);
+    let mut beside: Vec<usize> = Vec::new();
+    for level in (0..keeps.len()).filter(|k| keeps[*k].is_level()) {
+        let [i, j] = [level % width, level / width];
+        let cells = around(j, keeps.len() / width).flat_map(|j| around(i, width).map(move |i| j * width + i));
+        beside.extend(cells.filter(|k| !keeps[*k].is_level()));
+    }
+    beside.sort_unstable();
+    beside.dedup();
+    beside
 }
 
 /// One cell of it.
