@@ -1,6 +1,6 @@
 //! Fillets and chamfers of edges that are named: closed, of the right volume, and errors where there can be none.
 
-use crate::solids::{checked, measure, must_be_closed};
+use crate::support::solid::{checked, measure, must_be_closed};
 use crate::support::{fails, gmlc};
 use std::f64::consts::PI;
 use std::fs;

@@ -1,6 +1,6 @@
 //! Fillets by a rolling ball, hollow solids, and solids of smooth profiles: closed, and of the right volume.
 
-use crate::solids::{checked, measure, must_be_closed};
+use crate::support::solid::{checked, measure, must_be_closed};
 use crate::support::{fails, gmlc};
 use gml_compiler::program::{Options, Order, Program, Sites, compile};
 use gml_compiler::source::{NoFiles, SourceFile};

@@ -1,7 +1,7 @@
 //! Gaps that are narrower than the triangles by which a model is looked at.
 
-use crate::solids::{checked, must_be_closed};
 use crate::support::gmlc_in;
+use crate::support::solid::{checked, must_be_closed};
 use std::fs;
 use tempfile::tempdir;
 

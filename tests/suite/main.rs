@@ -3,6 +3,7 @@
 mod architecture;
 mod awkward;
 mod batch;
+mod bodies;
 mod browser;
 mod command;
 mod compare;

@@ -1,7 +1,7 @@
 //! Solids of SVG paths and of letters by the built command: they close, have the right volumes with their derivatives,
 //! and what is wrong with a font is said.
 
-use crate::solids::{checked_in, measure, must_be_closed};
+use crate::support::solid::{checked_in, measure, must_be_closed};
 use crate::support::{fails, gmlc, json};
 use std::fs;
 use std::path::Path;

@@ -1,12 +1,12 @@
 //! Solids by the built command: their meshes are closed, their virtual scans lie on them, and fits and measurements see
 //! what is there of them.
 
+use crate::support::solid::{checked, measure, must_be_closed, triangles};
 use crate::support::{fails, gmlc, gmlc_in, json, root};
 use serde_json::Value;
 use std::collections::HashMap;
 use std::f64::consts::PI;
 use std::fs;
-use std::path::Path;
 use tempfile::tempdir;
 
 const PLATE: &str = "model plate {
@@ -18,51 +18,11 @@ const PLATE: &str = "model plate {
 }
 ";
 
-/// What `gmlc check` says of a script at some values of its parameters.
-pub(crate) fn checked(script: &str, values: &[String]) -> Value {
-    let folder = tempdir().expect("a folder");
-    checked_in(folder.path(), script, values)
-}
-
-/// The same in a folder that may have other files.
-pub(crate) fn checked_in(folder: &Path, script: &str, values: &[String]) -> Value {
-    fs::write(folder.join("model.gml"), script).expect("written");
-    let given = values.iter().flat_map(|value| ["-p", value]);
-    let args: Vec<&str> = ["check", "model.gml", "--json"].into_iter().chain(given).collect();
-    serde_json::from_str(&gmlc(folder, &args)).expect("JSON")
-}
-
-/// The value of a measure.
-pub(crate) fn measure(check: &Value, k: usize) -> f64 {
-    check["measures"][k]["value"].as_f64().expect("a value")
-}
-
 /// A parameter of a fit with its standard deviation.
 fn estimate(fit: &Value, name: &str) -> (f64, f64) {
     let all = fit["parameters"].as_array().expect("parameters");
     let of_name = all.iter().find(|p| p["name"] == name).expect("the parameter");
     (of_name["value"].as_f64().expect("a value"), of_name["sd"].as_f64().expect("a standard deviation"))
-}
-
-/// The corners of the triangles of a binary STL file.
-fn triangles(bytes: &[u8]) -> Vec<[[u32; 3]; 3]> {
-    let word = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().expect("four bytes"));
-    (0..word(80) as usize)
-        .map(|k| [0, 1, 2].map(|corner| [0, 1, 2].map(|c| word(84 + 50 * k + 12 + 12 * corner + 4 * c))))
-        .collect()
-}
-
-/// Panics where a mesh in a binary STL file has an edge that two triangles do not share in opposite senses.
-pub(crate) fn must_be_closed(stl: &Path) {
-    let triangles = triangles(&fs::read(stl).expect("it is there"));
-    let mut edges: HashMap<[[u32; 3]; 2], i32> = HashMap::new();
-    for corners in &triangles {
-        for k in 0..3 {
-            let (a, b) = (corners[k], corners[(k + 1) % 3]);
-            *edges.entry([a.min(b), a.max(b)]).or_default() += if a < b { 1 } else { -1 };
-        }
-    }
-    assert!(triangles.len() > 100 && edges.values().all(|n| *n == 0), "{} triangles", triangles.len());
 }
 
 #[test]
@@ -180,91 +140,6 @@ fn surfaces_that_touch_along_a_line_do_not_spoil_the_standard_deviations() {
     for (name, truth, most) in [("r", 15.5, 0.005), ("kw", 5.5, 0.05)] {
         let (value, sd) = estimate(&fit, name);
         assert!(sd < most && (value - truth).abs() < 4.0 * sd, "{name}: {value} +- {sd}");
-    }
-}
-
-#[test]
-fn a_model_of_which_nothing_is_left_is_not_closed() {
-    let folder = tempdir().expect("a folder");
-    // Of the balls the triangles would be without number if they were as small as what is left.
-    let far = "box() & {q: ball(radius: 2mm).translate((100mm, 0mm, 0mm))}";
-    for body in ["box() - {q: box()}", "ball() - {q: ball()}", far] {
-        fs::write(folder.path().join("nothing.gml"), format!("model m {{ part b = {body} }}\n")).expect("written");
-        let check = gmlc(folder.path(), &["check", "nothing.gml"]);
-        assert!(check.contains("nothing is left of the model") && !check.contains("closed:"), "{check}");
-    }
-}
-
-#[test]
-fn bodies_that_enclose_nothing_are_not_closed() {
-    let folder = tempdir().expect("a folder");
-    for (body, said) in [
-        ("part b = capped_cylinder(radius: 5mm, height: 0mm)", "enclose nothing"),
-        ("part b = box().scale(0)", "enclose nothing"),
-        ("part b = union([])", "the model has no parts"),
-    ] {
-        let script = format!("use std.solid (box, capped_cylinder, union)\nmodel m {{ {body} }}\n");
-        fs::write(folder.path().join("flat.gml"), script).expect("written");
-        let check = gmlc(folder.path(), &["check", "flat.gml"]);
-        assert!(check.contains(said) && !check.contains("closed:"), "{check}");
-        let check = gmlc(folder.path(), &["check", "flat.gml", "--json"]);
-        assert!(check.contains("\"closed\": false"), "{check}");
-    }
-    // A sheet of a micrometre is none of them.
-    assert_eq!(checked("model m { part b = box(width: 1m, depth: 1m, height: 0.001mm) }\n", &[])["closed"], true);
-}
-
-/// Two boxes that stand side by side as parts of their own: the faces in which they touch meet along all of their
-/// borders, and are no flat body.
-#[test]
-fn parts_that_touch_are_closed_and_parts_in_each_other_are_said() {
-    let folder = tempdir().expect("a folder");
-    let second = |x: &str| format!("part a = box()\n  part b = box().translate(({x}, 0mm, 0mm))");
-    let on_each_other = "part a = capped_cylinder(radius: 5mm, height: 10mm)
-  part b = capped_cylinder(radius: 5mm, height: 10mm).translate((0mm, 0mm, 10mm))";
-    // A peg in a hole that fits, and a ball in the material of another one.
-    let peg = "part a = box() - {hole: capped_cylinder(radius: 4mm)}\n  part b = capped_cylinder(radius: 4mm)";
-    let inclusion = "part a = ball(radius: 20mm)\n  part b = ball(radius: 5mm)";
-    // Turned, what is in one plane is so but for rounding.
-    let turned = second("20mm").replace('\n', ".rotate(30deg, (1, 2, 3))\n") + ".rotate(30deg, (1, 2, 3))";
-    let cases = [
-        (second("20mm"), false),
-        (turned, false),
-        (second("25mm"), false),
-        (second("18mm"), true),
-        (on_each_other.to_owned(), false),
-        (peg.to_owned(), false),
-        (inclusion.to_owned(), true),
-    ];
-    for (body, lie_in_each_other) in cases {
-        let script = format!("model m {{\n  {body}\n}}\n");
-        fs::write(folder.path().join("m.gml"), &script).expect("written");
-        let line = gmlc(folder.path(), &["check", "m.gml"]);
-        assert!(line.contains("closed: the borders of all parts meet"), "{script}{line}");
-        assert!(!line.contains("inside out") && !line.contains("flat"), "{script}{line}");
-        assert_eq!(line.contains("bodies lie in each other"), lie_in_each_other, "{script}{line}");
-        let check = checked(&script, &[]);
-        assert_eq!(
-            (check["closed"] == true, check["overlap"].is_array()),
-            (true, lie_in_each_other),
-            "{script}{check}"
-        );
-    }
-}
-
-/// Where a peg fills a hole four surfaces meet in one circle: the edges of each part close it.
-#[test]
-fn parts_that_touch_are_closed_by_their_own_surfaces() {
-    let script = "model m {
-  part a = box() - {hole: capped_cylinder(radius: 4mm)}
-  part b = capped_cylinder(radius: 4mm)
-  measure with_hole = volume(a)
-  measure peg = volume(b)
-}
-";
-    let (check, peg) = (checked(script, &[]), PI * 16.0 * 20.0);
-    for (k, expected) in [8000.0 - peg, peg].into_iter().enumerate() {
-        assert!((measure(&check, k) - expected).abs() < 1e-5 * expected, "{} for {expected}", measure(&check, k));
     }
 }
 

@@ -1,6 +1,7 @@
 //! Whether a closed mesh goes round every place once or not at all.
 
 use super::integrals::fine;
+use super::reach::{may_reach, reaching};
 use crate::mesh::TriangleMesh;
 use crate::model::{EvaluationError, Instance, Model, Winding};
 use crate::sampling::halton;
@@ -113,8 +114,14 @@ pub fn overlap(
     instance: &dyn Instance,
     mesh: &TriangleMesh,
 ) -> Result<Option<Overlap>, EvaluationError> {
-    let Some(place) = twice_enclosed(mesh) else { return Ok(None) };
-    Ok(Some(Overlap { place, of_bodies: twice_enclosed(&fine(model, instance)?.mesh) }))
+    if let Some(place) = twice_enclosed(mesh) {
+        let fine = fine(model, instance)?;
+        return Ok(Some(Overlap { place, of_bodies: twice_enclosed(&fine.mesh).or_else(|| reaching(&fine.mesh)) }));
+    }
+    if !may_reach(mesh) {
+        return Ok(None);
+    }
+    Ok(reaching(&fine(model, instance)?.mesh).map(|place| Overlap { place, of_bodies: Some(place) }))
 }
 
 /// A place beside a closed mesh that it goes round more than once.

@@ -7,6 +7,7 @@ mod coincident;
 mod distance;
 mod enclosure;
 mod integrals;
+mod reach;
 mod rule;
 
 #[cfg(test)]
@@ -22,6 +23,7 @@ use glam::DVec3;
 use gml_compiler::program::{Figure, PartFigure, Quantity};
 use integrals::{fine, gradient, rules};
 use rayon::prelude::*;
+use reach::reaching;
 use rule::Rule;
 use std::collections::HashMap;
 
@@ -229,7 +231,9 @@ fn encloses_by(model: &dyn Model, fine: &Tessellation, parts: &[usize]) -> Resul
     if let Some(patch) = closedness.inside_out.first() {
         return Err(format!("its parts enclose no volume: {} faces inwards", name(patch)));
     }
-    simply_enclosed(&mesh).map_err(|why| {
+    let enclosed = simply_enclosed(&mesh);
+    let enclosed = enclosed.and_then(|()| reaching(&mesh).map_or(Ok(()), |_| Err(NoVolume::Overlapping)));
+    enclosed.map_err(|why| {
         match why {
             NoVolume::Overlapping => "its parts overlap, so that their volumes do not add up",
             NoVolume::Flat => "its parts have no inside",

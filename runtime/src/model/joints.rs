@@ -22,7 +22,7 @@ pub(super) struct Joints {
 }
 
 /// Of patches with names, the number of the part that each is a surface of, as `plate` of `plate.hole.wall`.
-pub(super) fn bodies<'n>(names: impl Iterator<Item = &'n str>) -> Vec<usize> {
+pub(crate) fn bodies<'n>(names: impl Iterator<Item = &'n str>) -> Vec<usize> {
     let mut numbers: HashMap<&str, usize> = HashMap::new();
     let number = |name: &'n str| {
         let next = numbers.len();

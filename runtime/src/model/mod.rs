@@ -32,6 +32,7 @@ pub(crate) use closed::CHORD_OF_THIN;
 pub use closed::{Closedness, Faults, OpenBorder};
 pub(crate) use divided::divided;
 pub use gml_compiler::program::{EvaluationError, Order, Sites};
+pub(crate) use joints::bodies;
 pub use material::{Material, Standing};
 pub use motion::Motion;
 pub use passages::Passages;

@@ -3,6 +3,7 @@
 pub(crate) mod ball;
 pub(crate) mod mesh;
 pub(crate) mod nist;
+pub(crate) mod solid;
 
 use std::collections::BTreeMap;
 use std::fs;

@@ -1,0 +1,104 @@
+//! Bodies of models: what encloses nothing, what touches, and what lies in something else.
+
+use crate::support::gmlc;
+use crate::support::solid::{checked, measure};
+use std::f64::consts::PI;
+use std::fs;
+use tempfile::tempdir;
+
+#[test]
+fn a_model_of_which_nothing_is_left_is_not_closed() {
+    let folder = tempdir().expect("a folder");
+    // Of the balls the triangles would be without number if they were as small as what is left.
+    let far = "box() & {q: ball(radius: 2mm).translate((100mm, 0mm, 0mm))}";
+    for body in ["box() - {q: box()}", "ball() - {q: ball()}", far] {
+        fs::write(folder.path().join("nothing.gml"), format!("model m {{ part b = {body} }}\n")).expect("written");
+        let check = gmlc(folder.path(), &["check", "nothing.gml"]);
+        assert!(check.contains("nothing is left of the model") && !check.contains("closed:"), "{check}");
+    }
+}
+
+#[test]
+fn bodies_that_enclose_nothing_are_not_closed() {
+    let folder = tempdir().expect("a folder");
+    for (body, said) in [
+        ("part b = capped_cylinder(radius: 5mm, height: 0mm)", "enclose nothing"),
+        ("part b = box().scale(0)", "enclose nothing"),
+        ("part b = union([])", "the model has no parts"),
+    ] {
+        let script = format!("use std.solid (box, capped_cylinder, union)\nmodel m {{ {body} }}\n");
+        fs::write(folder.path().join("flat.gml"), script).expect("written");
+        let check = gmlc(folder.path(), &["check", "flat.gml"]);
+        assert!(check.contains(said) && !check.contains("closed:"), "{check}");
+        let check = gmlc(folder.path(), &["check", "flat.gml", "--json"]);
+        assert!(check.contains("\"closed\": false"), "{check}");
+    }
+    // A sheet of a micrometre is none of them.
+    assert_eq!(checked("model m { part b = box(width: 1m, depth: 1m, height: 0.001mm) }\n", &[])["closed"], true);
+}
+
+/// Two boxes that stand side by side as parts of their own: the faces in which they touch meet along all of their
+/// borders, and are no flat body.
+#[test]
+fn parts_that_touch_are_closed_and_parts_in_each_other_are_said() {
+    let folder = tempdir().expect("a folder");
+    let second = |x: &str| format!("part a = box()\n  part b = box().translate(({x}, 0mm, 0mm))");
+    let on_each_other = "part a = capped_cylinder(radius: 5mm, height: 10mm)
+  part b = capped_cylinder(radius: 5mm, height: 10mm).translate((0mm, 0mm, 10mm))";
+    // A peg in a hole that fits, and a ball in the material of another one.
+    let peg = "part a = box() - {hole: capped_cylinder(radius: 4mm)}\n  part b = capped_cylinder(radius: 4mm)";
+    let inclusion = "part a = ball(radius: 20mm)\n  part b = ball(radius: 5mm)";
+    // A corner in another box: less than a thousandth of the surface, at a place of its own.
+    let corner = |reach: &str| {
+        let cube = "box(width: 20mm, depth: 20mm, height: 20mm)";
+        format!("part a = {cube}\n  part b = {cube}.translate((20mm - {reach}, 20mm - {reach}, 20mm - {reach}))")
+    };
+    // Surfaces that coincide have triangles of their own, which pass through each other by a chord.
+    let socket = "part a = box(height: 30mm) - {socket: ball(radius: 6mm).translate((0mm, 0mm, 30mm))}
+  part b = ball(radius: 6mm).translate((0mm, 0mm, 30mm))";
+    // Turned, what is in one plane is so but for rounding.
+    let turned = second("20mm").replace('\n', ".rotate(30deg, (1, 2, 3))\n") + ".rotate(30deg, (1, 2, 3))";
+    let cases = [
+        (second("20mm"), false),
+        (turned, false),
+        (second("25mm"), false),
+        (second("18mm"), true),
+        (on_each_other.to_owned(), false),
+        (peg.to_owned(), false),
+        (inclusion.to_owned(), true),
+        (corner("0mm"), false),
+        (corner("0.1mm"), true),
+        (corner("1mm"), true),
+        (socket.to_owned(), false),
+    ];
+    for (body, lie_in_each_other) in cases {
+        let script = format!("model m {{\n  {body}\n}}\n");
+        fs::write(folder.path().join("m.gml"), &script).expect("written");
+        let line = gmlc(folder.path(), &["check", "m.gml"]);
+        assert!(line.contains("closed: the borders of all parts meet"), "{script}{line}");
+        assert!(!line.contains("inside out") && !line.contains("flat"), "{script}{line}");
+        assert_eq!(line.contains("bodies lie in each other"), lie_in_each_other, "{script}{line}");
+        let check = checked(&script, &[]);
+        assert_eq!(
+            (check["closed"] == true, check["overlap"].is_array()),
+            (true, lie_in_each_other),
+            "{script}{check}"
+        );
+    }
+}
+
+/// Where a peg fills a hole four surfaces meet in one circle: the edges of each part close it.
+#[test]
+fn parts_that_touch_are_closed_by_their_own_surfaces() {
+    let script = "model m {
+  part a = box() - {hole: capped_cylinder(radius: 4mm)}
+  part b = capped_cylinder(radius: 4mm)
+  measure with_hole = volume(a)
+  measure peg = volume(b)
+}
+";
+    let (check, peg) = (checked(script, &[]), PI * 16.0 * 20.0);
+    for (k, expected) in [8000.0 - peg, peg].into_iter().enumerate() {
+        assert!((measure(&check, k) - expected).abs() < 1e-5 * expected, "{} for {expected}", measure(&check, k));
+    }
+}
