@@ -102,3 +102,25 @@ fn parts_that_touch_are_closed_by_their_own_surfaces() {
         assert!((measure(&check, k) - expected).abs() < 1e-5 * expected, "{} for {expected}", measure(&check, k));
     }
 }
+
+/// The flanks of a bolt and its nut coincide over a large part of their surface: their triangles pass through each
+/// other by their chords, however fine these are. Two balls that coincide face the same way and are no such contact.
+#[test]
+fn a_bolt_that_fills_its_nut_does_not_lie_in_it() {
+    let bolt = "threaded_rod(10mm, 1.5mm, 11mm).translate((0mm, 0mm, -1.5mm))";
+    let script = format!(
+        "use std.thread (threaded_rod)\nmodel m {{
+  part nut = box(width: 18mm, depth: 18mm, height: 8mm) - {{thread: {bolt}}}
+  part bolt = {bolt}
+}}
+"
+    );
+    let check = checked(&script, &[]);
+    assert!(check["closed"] == true && check["overlap"].is_null(), "{check}");
+    let balls = "model m {
+  part a = ball(radius: 6mm)
+  part b = ball(radius: 6mm).rotate(30deg, (1, 2, 3))
+}
+";
+    assert!(checked(balls, &[])["overlap"].is_array());
+}

@@ -31,7 +31,7 @@ pub(super) fn of(prepared: &Prepared<'_>) -> Result<Body, MeasureError> {
     let (area, volume) = match &surface.parametrised {
         None => {
             let enclosed = enclosed_volume(mesh).map(f64::abs).ok_or(NoVolume::Open);
-            (mesh.area(), enclosed.and_then(|volume| simply_enclosed(mesh).map(|()| volume)))
+            (mesh.area(), enclosed.and_then(|volume| simply_enclosed(mesh, None).map(|()| volume)))
         }
         Some(model) => {
             let instance = &*model.reach.instance;
@@ -40,7 +40,7 @@ pub(super) fn of(prepared: &Prepared<'_>) -> Result<Body, MeasureError> {
             let volume: f64 = integrals.iter().zip(&surface.inverted).map(signed).sum();
             // Winding numbers say whether bodies overlap: samples also count as buried where bodies only touch.
             let volume = if Closedness::of(model.reach.model, instance)?.is_closed() {
-                simply_enclosed(mesh).map(|()| volume)
+                simply_enclosed(mesh, None).map(|()| volume)
             } else {
                 Err(NoVolume::Open)
             };

@@ -210,17 +210,17 @@ fn encloses(model: &dyn Model, instance: &dyn Instance, fine: &Tessellation, par
     if parts.iter().all(|patch| triangles_of(fine, *patch).is_empty()) {
         return Err("nothing is left of its parts".to_owned());
     }
-    encloses_by(model, fine, parts).or_else(|why| {
+    encloses_by(model, fine, parts, None).or_else(|why| {
         if fine.mesh.triangles.len() > MOST_FOR_THIN {
             return Err(why);
         }
         let finer = Tessellation::relative(model, instance, CHORD_OF_THIN).map_err(|error| error.message)?;
-        encloses_by(model, &finer, parts).map_err(|_| why)
+        encloses_by(model, &finer, parts, Some(finer.chord)).map_err(|_| why)
     })
 }
 
-/// The same by some triangles.
-fn encloses_by(model: &dyn Model, fine: &Tessellation, parts: &[usize]) -> Result<(), String> {
+/// The same by some triangles. With their chord, bodies that touch are not taken for bodies in each other.
+fn encloses_by(model: &dyn Model, fine: &Tessellation, parts: &[usize], chord: Option<f64>) -> Result<(), String> {
     let mesh = only(&fine.mesh, parts);
     let closedness = Closedness::of_parts(&mesh).map_err(|error| error.message)?;
     let name = |patch: &usize| model.parts()[*patch].name.clone();
@@ -231,7 +231,7 @@ fn encloses_by(model: &dyn Model, fine: &Tessellation, parts: &[usize]) -> Resul
     if let Some(patch) = closedness.inside_out.first() {
         return Err(format!("its parts enclose no volume: {} faces inwards", name(patch)));
     }
-    let enclosed = simply_enclosed(&mesh);
+    let enclosed = simply_enclosed(&mesh, chord);
     let enclosed = enclosed.and_then(|()| reaching(&mesh).map_or(Ok(()), |_| Err(NoVolume::Overlapping)));
     enclosed.map_err(|why| {
         match why {
