@@ -179,8 +179,8 @@ pub fn overlap(
     Ok(reaching(&fine(model, instance)?.mesh).map(|place| Overlap { place, of_bodies: Some(place) }))
 }
 
-/// Where the bodies of a model lie in each other, by fine triangles: those of surfaces that coincide do so by chords, so
-/// that finer ones decide.
+/// Where the bodies of a model lie in each other, by fine triangles: those of surfaces that coincide do so by chords,
+/// so that finer ones decide.
 fn of_bodies(model: &dyn Model, instance: &dyn Instance) -> Result<Option<[f64; 3]>, EvaluationError> {
     let fine = fine(model, instance)?;
     let Some(place) = twice_enclosed(&fine.mesh, None) else { return Ok(reaching(&fine.mesh)) };
