@@ -1,7 +1,7 @@
 //! Bodies of models: what encloses nothing, what touches, and what lies in something else.
 
 use crate::support::gmlc;
-use crate::support::solid::{checked, measure};
+use crate::support::solid::{checked, measure, must_be_closed};
 use std::f64::consts::PI;
 use std::fs;
 use tempfile::tempdir;
@@ -123,4 +123,36 @@ fn a_bolt_that_fills_its_nut_does_not_lie_in_it() {
 }
 ";
     assert!(checked(balls, &[])["overlap"].is_array());
+}
+
+/// Where a key fills its groove four surfaces meet in each edge of the walls that both have, and at a slant not to the
+/// last bit: each part is closed by its own surfaces.
+#[test]
+fn a_key_and_its_groove_are_closed_each_by_itself() {
+    let folder = tempdir().expect("a folder");
+    for (wider, beyond, height) in [(4, 11, 5), (2, 11, 5), (1, 11, 5), (2, 15, 5), (0, 11, 6)] {
+        let corners = format!("[(-w, 0mm), (w, 0mm), (w + {wider}mm, {beyond}mm), (-w - {wider}mm, {beyond}mm)]");
+        let script = format!(
+            "model m {{
+  param w: length = 4mm
+  let body = box(width: 20mm, depth: 20mm, height: 5mm)
+  let key = extruded({corners}, {height}mm)
+  part a = body - {{d: key}}
+  part b = key & {{o: body}}
+  measure of_a = volume(a)
+  measure of_b = volume(b)
+}}
+"
+        );
+        let check = checked(&script, &[]);
+        let reach = 10.0 * f64::from(wider) / f64::from(beyond);
+        let key = 5.0 * 10.0 * (8.0 + reach);
+        for (k, expected) in [2000.0 - key, key].into_iter().enumerate() {
+            assert!((measure(&check, k) - expected).abs() < 1e-5 * expected, "{script}{check}");
+        }
+        assert!(check["closed"] == true && check["diagnostics"].as_array().is_some_and(Vec::is_empty), "{check}");
+        fs::write(folder.path().join("m.gml"), &script).expect("written");
+        gmlc(folder.path(), &["mesh", "m.gml", "-o", "m.stl"]);
+        must_be_closed(&folder.path().join("m.stl"));
+    }
 }

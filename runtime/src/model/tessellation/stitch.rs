@@ -46,9 +46,26 @@ const STEPS: usize = 12;
 /// # Errors
 /// The surface cannot be evaluated.
 pub(super) fn stitch(mesh: &mut Refinement<'_>, is_trimmed: &[bool]) -> Result<(), EvaluationError> {
-    merge(mesh);
+    if mesh.bodies.iter().any(|body| *body != 0) {
+        stitch_among(mesh, is_trimmed, Among::EachBody)?;
+    }
+    stitch_among(mesh, is_trimmed, Among::All)
+}
+
+/// Which patches are joined to each other.
+#[derive(Clone, Copy, PartialEq)]
+enum Among {
+    /// Those of one part. Where parts have a wall in common, as a dovetail and its groove, four surfaces meet in its
+    /// edges, which are not the same to the last bit: joined by nearness alone they were joined across.
+    EachBody,
+    /// What parts leave open by themselves.
+    All,
+}
+
+fn stitch_among(mesh: &mut Refinement<'_>, is_trimmed: &[bool], among: Among) -> Result<(), EvaluationError> {
+    merge(mesh, among);
     drop_flat(mesh);
-    let mut gaps = Gaps::of(mesh, is_trimmed);
+    let mut gaps = Gaps::of(mesh, is_trimmed, among);
     gaps.close()?;
     for _ in 0..ROUNDS {
         if !gaps.begin()? {
@@ -57,7 +74,7 @@ pub(super) fn stitch(mesh: &mut Refinement<'_>, is_trimmed: &[bool]) -> Result<(
     }
     let is_long = gaps.patches_with_long_borders();
     for round in 0..ROUNDS_OF_HOLES {
-        let mut gaps = Gaps::of(mesh, is_trimmed);
+        let mut gaps = Gaps::of(mesh, is_trimmed, among);
         gaps.turns = round > 0;
         let any = gaps.mark_small_holes(&is_long);
         gaps.close()?;
@@ -111,20 +128,43 @@ fn open_edges(mesh: &Refinement<'_>, number: &[u32]) -> Vec<Open> {
     open
 }
 
+/// By vertex, the number of its position; where bodies are looked at one by one, of its position and its body.
+fn numbers(mesh: &Refinement<'_>, among: Among) -> Vec<u32> {
+    let numbers = mesh.mesh.position_numbers();
+    if among == Among::All {
+        return numbers;
+    }
+    let mut known: HashMap<(u32, usize), u32> = HashMap::with_capacity(numbers.len());
+    let number = |(vertex, number): (usize, u32)| {
+        let next = known.len() as u32;
+        *known.entry((number, body(mesh, vertex as u32))).or_insert(next)
+    };
+    numbers.into_iter().enumerate().map(number).collect()
+}
+
+/// The number of the part of a vertex.
+fn body(mesh: &Refinement<'_>, vertex: u32) -> usize {
+    mesh.bodies[mesh.origins[vertex as usize].patch as usize]
+}
+
 pub(super) fn position(mesh: &Refinement<'_>, vertex: u32) -> DVec3 {
     DVec3::from_array(mesh.mesh.positions[vertex as usize])
 }
 
 /// Puts vertices at open edges that are next to each other in one place.
-fn merge(mesh: &mut Refinement<'_>) {
-    let open = open_edges(mesh, &mesh.mesh.position_numbers());
+fn merge(mesh: &mut Refinement<'_>, among: Among) {
+    let open = open_edges(mesh, &numbers(mesh, among));
     let reach = SAME * mesh.chord;
     let rim = Rim::new(mesh, open.iter().flat_map(|o| o.ends).collect(), 4.0 * reach);
     let mut moved: HashMap<u32, [f64; 3]> = HashMap::new();
     for vertex in rim.vertices() {
         let here = position(mesh, *vertex);
         let first = rim.near(here, here, reach).into_iter().find(|other| {
-            *other < *vertex && !moved.contains_key(other) && position(mesh, *other).distance(here) <= reach
+            let may_be_one = among == Among::All || body(mesh, *other) == body(mesh, *vertex);
+            may_be_one
+                && *other < *vertex
+                && !moved.contains_key(other)
+                && position(mesh, *other).distance(here) <= reach
         });
         if let Some(first) = first {
             moved.insert(*vertex, mesh.mesh.positions[first as usize]);
@@ -150,7 +190,8 @@ struct Gaps<'m, 'a> {
     mesh: &'m mut Refinement<'a>,
     /// By patch.
     is_trimmed: &'m [bool],
-    /// Numbers of vertices: those at one position have one.
+    among: Among,
+    /// Numbers of vertices: those at one position, or of one body there, have one.
     number: Vec<u32>,
     /// `None` where it was closed or divided.
     edges: Vec<Option<Open>>,
@@ -165,11 +206,11 @@ struct Gaps<'m, 'a> {
 }
 
 impl<'m, 'a> Gaps<'m, 'a> {
-    fn of(mesh: &'m mut Refinement<'a>, is_trimmed: &'m [bool]) -> Self {
-        let number = mesh.mesh.position_numbers();
+    fn of(mesh: &'m mut Refinement<'a>, is_trimmed: &'m [bool], among: Among) -> Self {
+        let number = numbers(mesh, among);
         let open = open_edges(mesh, &number);
         let (at, of_triangle, ends) = (HashMap::new(), HashMap::new(), BinaryHeap::new());
-        let mut gaps = Self { mesh, is_trimmed, number, edges: Vec::new(), at, of_triangle, ends, turns: false };
+        let mut gaps = Self { mesh, is_trimmed, among, number, edges: Vec::new(), at, of_triangle, ends, turns: false };
         open.into_iter().for_each(|edge| gaps.add(edge));
         (0..gaps.edges.len()).for_each(|edge| gaps.look(edge));
         gaps
@@ -186,6 +227,10 @@ impl<'m, 'a> Gaps<'m, 'a> {
     /// Whether two edges are of different patches that may meet along a curve on which each has its own vertices.
     fn may_meet(&self, a: &Open, b: &Open) -> bool {
         let [a, b] = [a, b].map(|edge| self.patch(edge));
+        let bodies = [a, b].map(|patch| self.mesh.bodies[patch as usize]);
+        if self.among == Among::EachBody && bodies[0] != bodies[1] {
+            return false;
+        }
         a != b && (self.is_trimmed[a as usize] || self.is_trimmed[b as usize])
     }
 
