@@ -19,6 +19,12 @@ pub(crate) fn halton(i: usize, n: usize) -> f64 {
     x
 }
 
+/// Weights of a triangle's second and third corner from two numbers in [0, 1): even over the square, even over the
+/// triangle.
+pub(crate) fn in_triangle(s: f64, t: f64) -> (f64, f64) {
+    if s + t > 1.0 { (1.0 - s, 1.0 - t) } else { (s, t) }
+}
+
 /// Direction k of an even set over the sphere.
 pub(crate) fn direction(k: usize) -> DVec3 {
     let (z, angle) = (2.0 * halton(k + 1, 0) - 1.0, TAU * halton(k + 1, 1));

@@ -6,7 +6,7 @@ use super::reach::{may_reach, reaching};
 use crate::bvh::Bvh;
 use crate::mesh::{Group, TriangleMesh};
 use crate::model::{CHORD_OF_THIN, EvaluationError, Instance, Model, Tessellation, Winding, bodies};
-use crate::sampling::halton;
+use crate::sampling::{halton, in_triangle};
 use glam::DVec3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -70,10 +70,7 @@ fn beside(mesh: &TriangleMesh) -> Vec<Beside> {
         let area = mesh.triangle_area(*triangle);
         let count = (LOOKED_AT * area / whole).ceil();
         let look = |k: usize| {
-            let [mut s, mut t] = [0, 1].map(|dimension| halton(k + 1, dimension));
-            if s + t > 1.0 {
-                (s, t) = (1.0 - s, 1.0 - t);
-            }
+            let (s, t) = in_triangle(halton(k + 1, 0), halton(k + 1, 1));
             let place = a + (b - a) * s + (c - a) * t;
             let sides = [aside, -aside].map(|aside| winding.at(place + aside * normal).round() as i32);
             Beside { place, normal, sides, area: area / count }

@@ -6,17 +6,17 @@
 use crate::bvh::Bvh;
 use crate::mesh::{Bounds, TriangleMesh};
 use crate::model::{Winding, bodies};
-use crate::sampling::halton;
+use crate::sampling::{halton, in_triangle};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::sync::OnceLock;
 
-/// How far within a body a place of another one must be, as a share of the mesh's diagonal. Surfaces that coincide, as
-/// of a peg that fills its hole, are in each other by two chords of the fine triangles (1e-4 each).
+/// The least depth at which a place of one body counts as within another, as a share of the mesh's diagonal. Surfaces
+/// that coincide, as of a peg that fills its hole, are in each other by two chords of the fine triangles (1e-4 each).
 const DEEP: f64 = 3e-4;
 
-/// Places of a body's triangles in the box of another, and those of all pairs together: 100,000 take half a second of
-/// processor time beside bodies of 10,000 triangles each.
+/// Places of a body's triangles in the box of another, the fewest, and those of all pairs together: the check of a plate
+/// with 36 pegs, 72 pairs, takes 1.6 s of processor time more for them and for the fine triangles that they are on.
 const PLACES: usize = 2000;
 const FEWEST: usize = 50;
 const ALL_PLACES: usize = 100_000;
@@ -35,9 +35,9 @@ struct Solid {
 }
 
 impl Body {
-    fn solid(&self, mesh: &TriangleMesh, places: &[u32]) -> Option<&Solid> {
+    fn solid(&self, mesh: &TriangleMesh, numbers: &[u32]) -> Option<&Solid> {
         let make = || {
-            let renumbered = self.triangles.iter().map(|t| t.map(|v| places[v as usize])).collect();
+            let renumbered = self.triangles.iter().map(|t| t.map(|v| numbers[v as usize])).collect();
             let is_closed =
                 TriangleMesh { triangles: renumbered, ..TriangleMesh::default() }.boundary_edges().is_empty();
             if !is_closed {
@@ -118,10 +118,7 @@ fn places(mesh: &TriangleMesh, triangles: &[[u32; 3]], region: &Bounds, count: u
     for piece in &pieces {
         passed += area(piece);
         while next < count && (next as f64 + 0.5) * each <= passed {
-            let [mut s, mut t] = [0, 1].map(|dimension| halton(next + 1, dimension));
-            if s + t > 1.0 {
-                (s, t) = (1.0 - s, 1.0 - t);
-            }
+            let (s, t) = in_triangle(halton(next + 1, 0), halton(next + 1, 1));
             let [a, b, c] = *piece;
             places.push(a + (b - a) * s + (c - a) * t);
             next += 1;
@@ -130,7 +127,7 @@ fn places(mesh: &TriangleMesh, triangles: &[[u32; 3]], region: &Bounds, count: u
     places
 }
 
-/// What of a triangle lies in a box, as triangles (Sutherland and Hodgman 1974).
+/// The part of a triangle that lies in a box, as triangles (Sutherland and Hodgman 1974).
 fn clipped(corners: [DVec3; 3], region: &Bounds) -> Vec<[DVec3; 3]> {
     let of: Bounds = corners.into_iter().collect();
     if common(&of, region).is_empty() {

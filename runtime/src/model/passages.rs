@@ -2,7 +2,7 @@
 
 use super::{Closedness, EvaluationError, Instance, Material, Model, Standing, Tessellation, Winding};
 use crate::mesh::TriangleMesh;
-use crate::sampling::halton;
+use crate::sampling::{halton, in_triangle};
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -151,8 +151,7 @@ fn places(mesh: &TriangleMesh) -> (Vec<Place>, f64) {
         let area = (k as f64 + 0.5) * each;
         let (patch, triangle, _) = *triangles.get(triangles.partition_point(|(_, _, reached)| *reached < area))?;
         let [a, b, c] = mesh.corners(mesh.triangles[triangle]);
-        let (s, t) = (halton(k + 1, 0), halton(k + 1, 1));
-        let (s, t) = if s + t > 1.0 { (1.0 - s, 1.0 - t) } else { (s, t) };
+        let (s, t) = in_triangle(halton(k + 1, 0), halton(k + 1, 1));
         let normal = (b - a).cross(c - a).normalize_or_zero();
         Some(Place { patch, point: a + s * (b - a) + t * (c - a), normal })
     };

@@ -3,6 +3,7 @@
 use super::HOLE_STREAM;
 use super::scanner::Scanner;
 use crate::mesh::TriangleMesh;
+use crate::sampling::in_triangle;
 use glam::DVec3;
 use rand::RngExt;
 
@@ -30,8 +31,7 @@ impl Holes {
             area += mesh.triangle_area(triangle);
             while next.next_if(|at| *at < area).is_some() {
                 let [a, b, c] = mesh.corners(triangle);
-                let (s, t): (f64, f64) = (random.random(), random.random());
-                let (s, t) = if s + t > 1.0 { (1.0 - s, 1.0 - t) } else { (s, t) };
+                let (s, t) = in_triangle(random.random(), random.random());
                 let normal = mesh.triangle_normal(triangle).unwrap_or_default();
                 places.push((a + s * (b - a) + t * (c - a), normal));
             }

@@ -5,6 +5,7 @@ use super::scanner::Scanner;
 use super::scene::Scene;
 use super::view::View;
 use super::{Object, PROBE_STREAM};
+use crate::sampling::in_triangle;
 use rand::RngExt;
 
 /// The number of places at which the surface is probed to find the rays' pitch.
@@ -39,8 +40,7 @@ pub(super) fn probe(
             probes += 1;
             let Some(normal) = mesh.triangle_normal(triangle) else { continue };
             let [a, b, c] = mesh.corners(triangle);
-            let (s, t): (f64, f64) = (random.random(), random.random());
-            let (s, t) = if s + t > 1.0 { (1.0 - s, 1.0 - t) } else { (s, t) };
+            let (s, t) = in_triangle(random.random(), random.random());
             let point = a + s * (b - a) + t * (c - a);
             // The surface may be seen from either side: a sheet has no inside.
             let sides = [normal, -normal].map(|side| scene.best_view(views, point, side, least_cosine));

@@ -7,7 +7,7 @@ use std::fs;
 use std::path::Path;
 use tempfile::tempdir;
 
-/// What `gmlc check` says of a script at some values of its parameters.
+/// The JSON that `gmlc check` gives of a script at some values of its parameters.
 pub(crate) fn checked(script: &str, values: &[String]) -> Value {
     let folder = tempdir().expect("a folder");
     checked_in(folder.path(), script, values)

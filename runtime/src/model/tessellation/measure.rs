@@ -3,6 +3,7 @@
 use super::piece::scattered;
 use super::refine::{LEAST_CHORDS, Refinement, mix};
 use crate::model::EvaluationError;
+use crate::sampling::in_triangle;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
@@ -186,7 +187,7 @@ impl Refinement<'_> {
         let start = [0.618_033_988_749_895, 0.414_213_562_373_095].map(|ratio| (triangle as f64 * ratio).fract());
         (1..=count).map(move |k| {
             let [s, t] = scattered(k as f64, start);
-            let (s, t) = if s + t > 1.0 { (1.0 - s, 1.0 - t) } else { (s, t) };
+            let (s, t) = in_triangle(s, t);
             [1.0 - s - t, s, t]
         })
     }

@@ -58,7 +58,7 @@ enum Among {
     /// Those of one part. Where parts have a wall in common, as a dovetail and its groove, four surfaces meet in its
     /// edges, which are not the same to the last bit: joined by nearness alone they were joined across.
     EachBody,
-    /// What parts leave open by themselves.
+    /// All, for the borders that parts leave open by themselves.
     All,
 }
 
