@@ -37,6 +37,17 @@ fn bodies_that_enclose_nothing_are_not_closed() {
     assert_eq!(checked("model m { part b = box(width: 1m, depth: 1m, height: 0.001mm) }\n", &[])["closed"], true);
 }
 
+/// The hollow of a hollow box has inner edges, whose roundings `shell` does not make: it stays open, and what lies in it
+/// is a cavity and not inside out.
+#[test]
+fn a_cavity_in_what_is_open_is_not_inside_out() {
+    let script = "use std.offset (shell)
+model m { part b = shell(shell(box(width: 60mm, depth: 50mm, height: 40mm), 8mm), 2mm) }\n";
+    let check = checked(script, &[]);
+    let diagnostics = check["diagnostics"].as_array().expect("a list");
+    assert_eq!((&check["closed"], diagnostics.len()), (&false.into(), 0), "{diagnostics:?}");
+}
+
 /// Two boxes that stand side by side as parts of their own: the faces in which they touch meet along all of their
 /// borders, and are no flat body.
 #[test]

@@ -289,19 +289,25 @@ fn is_between_others(mesh: &TriangleMesh, body: &[(usize, bool)]) -> bool {
 }
 
 /// Of closed bodies, by their patches and whether these are turned against the first one, whether the first one's outer
-/// side is the body's: whether they enclose a positive volume, or are a cavity in the others.
-fn outwards(mesh: &TriangleMesh, bodies: &[Vec<(usize, bool)>]) -> Vec<bool> {
-    let triangles = |patch: &(usize, bool)| triangles_of(mesh, *patch);
+/// side is the body's: whether they enclose a positive volume, or are a cavity in the others, or in what is open of
+/// their own part.
+fn outwards(mesh: &TriangleMesh, closed: &[Vec<(usize, bool)>]) -> Vec<bool> {
+    let triangles = |patch: (usize, bool)| triangles_of(mesh, patch);
+    let part = bodies(mesh.groups.iter().map(|group| group.name.as_str()));
+    let is_closed: HashSet<usize> = closed.iter().flatten().map(|(patch, _)| *patch).collect();
     let is_outwards = |(k, body): (usize, &Vec<(usize, bool)>)| {
-        let Some((first, _)) = body.iter().flat_map(triangles).next() else { return true };
+        let Some((first, _)) = body.iter().copied().flat_map(triangles).next() else { return true };
         let at = mesh.corners(*first)[0];
         if volume_about(mesh, body, at) >= 0.0 {
             return true;
         }
-        let others = bodies.iter().enumerate().filter(|(other, _)| *other != k).flat_map(|(_, other)| other);
+        let others = closed.iter().enumerate().filter(|(other, _)| *other != k).flat_map(|(_, other)| other).copied();
+        let own = part[body[0].0];
+        let is_open = |patch: &usize| part[*patch] == own && !is_closed.contains(patch);
+        let open = (0..part.len()).filter(is_open).map(|patch| (patch, false));
         let angle = |(t, _): (&[u32; 3], f64)| solid_angle(mesh.corners(*t).map(|p| p - at));
-        let winding = others.flat_map(triangles).map(angle).sum::<f64>() / (4.0 * PI);
+        let winding = others.chain(open).flat_map(triangles).map(angle).sum::<f64>() / (4.0 * PI);
         winding >= 0.5
     };
-    bodies.iter().enumerate().map(is_outwards).collect()
+    closed.iter().enumerate().map(is_outwards).collect()
 }
