@@ -280,9 +280,14 @@ impl Rule {
         let sides = [beside(1.0), beside(-1.0)];
         let keeps = [partials_at(instance, keep, &sides[0])?, partials_at(instance, keep, &sides[1])?];
         let slope = |side: usize, i: usize| DVec2::new(keeps[side][i].du[0], keeps[side][i].dv[0]);
-        // At a corner it is that of the one edge on this side, and of the other on that.
-        let clear = |side: usize, i: usize| steps[i].perp_dot(slope(side, i)).abs();
-        let clearer: Vec<usize> = (0..places.len()).map(|i| usize::from(clear(1, i) > clear(0, i))).collect();
+        // At a corner it is that of the one edge on this side, and of the other on that: the function does not change
+        // along its own edge.
+        let turned = |side: usize, i: usize| {
+            let slope = slope(side, i);
+            let turned = (slope.dot(steps[i]) / slope.dot(across[i])).abs();
+            if turned.is_nan() { f64::INFINITY } else { turned }
+        };
+        let clearer: Vec<usize> = (0..places.len()).map(|i| usize::from(turned(1, i) < turned(0, i))).collect();
         let chosen: Vec<DVec2> = clearer.iter().enumerate().map(|(i, side)| sides[*side][i]).collect();
         let (u, v) = apart(&chosen);
         let mut motions = vec![0.0; places.len() * active.len() * 3];
