@@ -531,15 +531,26 @@ fn separate(solids) = solid(
 // so that surfaces of both that coincide are kept once or not at all, as Requicha and Voelcker have it (1985): where
 // both face the same way, `+` and `&` keep that of the first and `-` none; where they face each other, `-` keeps that
 // of the first and the others none. The second solid's never stays: it is kept where it is clearly outside, or inside.
+// Inside is what is so on both sides of the surface: of solids that were joined at a common face, what is inside of
+// either is zero on that face, too.
 
 /// How far beside a surface the other solid is asked: far above the rounding of coordinates (1e-11 mm in a model of
 /// 10 m), far below what is made or measured.
 let _beside = 1e-6mm
 
-/// The point beside a surface: `side` is 1 above it and -1 below.
-fn _beside_surface(s, u, v, side) {
+/// The way from a surface to the point beside it, above.
+fn _aside(s, u, v) {
   let n = stop(cross(s'u(u, v), s'v(u, v)))
-  s(u, v) + n * (side * _beside / (norm(n) + 1e-12mm * 1mm))
+  n * (_beside / (norm(n) + 1e-12mm * 1mm))
+}
+
+/// The point beside a surface: `side` is 1 above it and -1 below.
+fn _beside_surface(s, u, v, side) = s(u, v) + _aside(s, u, v) * side
+
+/// Positive where both sides of a surface are inside of a solid.
+fn _within(s, u, v, other) {
+  let (p, aside) = (s(u, v), _aside(s, u, v))
+  min(-other(p + aside), -other(p - aside))
 }
 
 /// The first of two solids in their union.
@@ -564,10 +575,8 @@ fn _intersection_first(surfaces, other) =
   each(surfaces, |s| |u: real, v: real| keep(s(u, v), -other(_beside_surface(s, u, v, -1))))
 
 /// The second of two solids where they have it in common.
-fn _intersection_second(surfaces, other) = each(surfaces, |s| |u: real, v: real| {
-  let p = s(u, v)
-  keep(p, -other(p) - _beside)
-})
+fn _intersection_second(surfaces, other) =
+  each(surfaces, |s| |u: real, v: real| keep(s(u, v), _within(s, u, v, other)))
 
 /// The sides of surfaces that are turned inside out.
 fn _turned_sides(of) = each_solid(of, |s| s, |side| |p| -side(p))
@@ -593,7 +602,9 @@ fn _combined(solids, side) {
         each(solids[i], |s| |u: real, v: real| {
           let (p, beside) = (s(u, v), _beside_surface(s, u, v, side))
           keep(p, _least(for k in 0..len(others) {
-            if k < i { side * others[k](p) - _beside } else { side * others[k](beside) }
+            if k >= i { side * others[k](beside) }
+            else if side > 0 { others[k](p) - _beside }
+            else { _within(s, u, v, others[k]) }
           }))
         })
       },

@@ -198,7 +198,7 @@ impl Trimmed<'_> {
         let gradient = DVec2::new(r.dot(here.du), r.dot(here.dv));
         let hold = if gain > LEAST_SINE * LEAST_SINE { gradient.dot(steepest) / gain } else { 0.0 };
         let normal = here.du.cross(here.dv);
-        walk.best = Foot { uv: walk.at.to_array(), point: here.point, normal, d2, hold };
+        walk.best = Foot { uv: walk.at.to_array(), point: here.point, normal, d2, hold, ..Foot::default() };
         (walk.along, walk.inward, walk.step) = (along, steepest / gain.sqrt(), step);
         (walk.length, walk.pull) = (length, pull);
         walk.at = self.within(walk.at + along * step);

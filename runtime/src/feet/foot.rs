@@ -22,6 +22,10 @@ pub(crate) struct Foot {
     /// What the edge of a trimmed patch holds: half of `d2` changes by so much less as the function of what is there
     /// grows by one. Zero within the patch.
     pub(crate) hold: f64,
+    /// Of a foot on a corner of the surface, the same place by the parameters of the other side, and the share that this
+    /// has in how the foot moves.
+    pub(crate) beyond: [f64; 2],
+    pub(crate) share: f64,
 }
 
 /// The iteration of one foot point.
@@ -29,6 +33,8 @@ pub(crate) struct Foot {
 struct Iteration {
     /// Index of the point.
     index: usize,
+    /// How half of the foot's squared distance changes with u and v.
+    pull: [f64; 2],
     trial: [f64; 2],
     step: [f64; 2],
     /// The stretches of u and of v in which the foot lies.
@@ -91,7 +97,7 @@ pub(crate) fn foot_points(
 impl Search<'_> {
     fn begin(&self, index: usize, uv: [f64; 2]) -> Iteration {
         let home = self.domain.numbers(uv);
-        Iteration { index, trial: uv, step: [0.0; 2], home, crossed: None, looked: 0 }
+        Iteration { index, pull: [0.0; 2], trial: uv, step: [0.0; 2], home, crossed: None, looked: 0 }
     }
 
     /// Accepts a trial if it is nearer and chooses the next one; false when the iteration is over.
@@ -124,11 +130,16 @@ impl Search<'_> {
         step = bend.unwrap_or(step);
         if let Some(numbers) = iteration.crossed {
             if rests && d2 + rounding >= foot.d2 {
+                if foot.share == 0.0 && point.distance_squared(foot.point) <= rounding {
+                    foot.share = share_beyond(iteration, gradient);
+                    foot.beyond = iteration.trial;
+                }
                 return self.cross(iteration, foot);
             }
             (iteration.home, iteration.crossed, iteration.looked) = (numbers, None, 0);
         }
         *foot = Foot { uv: iteration.trial, point, normal: du.cross(dv), d2, ..Foot::default() };
+        iteration.pull = gradient;
         if rests {
             return self.cross(iteration, foot);
         }
@@ -165,6 +176,50 @@ impl Search<'_> {
     fn is_at_break(&self, home: [u16; 2], uv: [f64; 2]) -> bool {
         (0..2).any(|k| [false, true].iter().any(|up| self.domain.across(k, home[k], *up, uv[k]).is_some()))
     }
+}
+
+/// The pull of one side of a corner that is rounding, as a part of the other's.
+const LEVEL: f64 = 1e-9;
+
+/// The share that the side across a break has in how a foot on it moves. The corner is somewhere else in u or v when
+/// parameters change, which moves neither side's place at a fixed (u, v): that share of both for which nothing changes
+/// with u or v does not depend on where it is (an element of Clarke's generalised gradient that vanishes there;
+/// Optimization and Nonsmooth Analysis, 1983).
+fn share_beyond(iteration: &Iteration, there: [f64; 2]) -> f64 {
+    let axis = (iteration.looked - 1) / 2;
+    let (here, there) = (iteration.pull[axis], there[axis]);
+    // Where the other side does not pull, but for rounding, it is all that counts.
+    if here * there <= LEVEL * here * here && here != 0.0 { (here / (here - there)).min(1.0) } else { 0.0 }
+}
+
+/// How feet on a patch move by each of its active parameters, three coordinates each.
+///
+/// # Errors
+/// The patch cannot be evaluated.
+pub(crate) fn motions(
+    instance: &dyn Instance,
+    patch: usize,
+    feet: &[Foot],
+    active: usize,
+) -> Result<Vec<f64>, EvaluationError> {
+    let of = |uv: &mut dyn Iterator<Item = [f64; 2]>| {
+        let (u, v): (Vec<f64>, Vec<f64>) = uv.map(|[u, v]| (u, v)).unzip();
+        let mut motions = vec![0.0; u.len() * active * 3];
+        instance.jacobian(patch, &u, &v, &mut motions)?;
+        Ok(motions)
+    };
+    let mut motions = of(&mut feet.iter().map(|foot| foot.uv))?;
+    let at_corner: Vec<usize> = (0..feet.len()).filter(|i| feet[*i].share > 0.0).collect();
+    if active == 0 || at_corner.is_empty() {
+        return Ok(motions);
+    }
+    let beyond = of(&mut at_corner.iter().map(|i| feet[*i].beyond))?;
+    for (i, beyond) in at_corner.into_iter().zip(beyond.chunks_exact(active * 3)) {
+        let share = feet[i].share;
+        let here = &mut motions[i * active * 3..(i + 1) * active * 3];
+        here.iter_mut().zip(beyond).for_each(|(here, beyond)| *here += share * (beyond - *here));
+    }
+    Ok(motions)
 }
 
 fn stepped(uv: [f64; 2], step: [f64; 2], within: [Stretch; 2]) -> [f64; 2] {

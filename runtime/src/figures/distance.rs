@@ -7,7 +7,7 @@
 
 use super::{Taken, largest_triangle, motions};
 use crate::feet::facets::Facets;
-use crate::feet::foot::Foot;
+use crate::feet::foot::{self, Foot};
 use crate::feet::layout::Layout;
 use crate::feet::nearest::{Nearest, Query};
 use crate::model::{EvaluationError, Instance, Model, Tessellation};
@@ -25,8 +25,8 @@ const ROUNDS: usize = 4000;
 /// The distance has settled where all further rounds, by the last two, would change it by less than this part of the
 /// size.
 const SETTLED: f64 = 1e-12;
-/// Changes below this part of the size are rounding.
-const ROUNDING: f64 = 1e-16;
+/// Changes below this part of the size, and of the distance from the origin, are rounding.
+const ROUNDING: f64 = 1e-15;
 /// Pairs of places farther apart than this part of the size are looked at both; so many in each pair of patches.
 const APART: f64 = 0.02;
 const MOST_PAIRS: usize = 8;
@@ -177,7 +177,8 @@ impl Search<'_> {
             (distance, change) = (now, step);
             // Steps shrink by a factor, which gives the sum of those to come.
             let ratio = if last.is_finite() { (step / last).min(1.0) } else { 1.0 };
-            rest = if step <= ROUNDING * self.size { 0.0 } else { step * ratio / (1.0 - ratio) };
+            rest =
+                if step <= ROUNDING * (self.size + second.point.length()) { 0.0 } else { step * ratio / (1.0 - ratio) };
             if rest <= SETTLED * self.size {
                 break;
             }
@@ -233,8 +234,9 @@ impl Search<'_> {
         for (place, away) in [(a, towards), (b, -towards)] {
             let Place { patch, foot } = place;
             let active = &self.model.parts()[patch].active;
-            for (parameter, motion) in active.iter().zip(motions(self.instance, patch, active.len(), foot.uv)?) {
-                slopes[*parameter as usize] -= away.dot(motion);
+            let of_feet = foot::motions(self.instance, patch, &[foot], active.len())?;
+            for (parameter, motion) in active.iter().zip(of_feet.chunks_exact(3)) {
+                slopes[*parameter as usize] -= away.dot(DVec3::from_slice(motion));
             }
             let Some(keep) = self.model.keep(patch).filter(|_| foot.hold != 0.0) else { continue };
             if self.is_at_corner(&place, keep, away * pair.distance)? {

@@ -3,7 +3,7 @@
 use super::loss::PointLoss;
 use super::objective::{Chunk, Correspondence, Matched, Objective, Placed};
 use super::parameterization::Estimate;
-use crate::fit::correspond::foot::Foot;
+use crate::fit::correspond::foot::{Foot, motions};
 use crate::fit::tuning::{CHUNKS_AT_ONCE, KEPT_ROWS};
 use crate::model::Instance;
 use glam::DVec3;
@@ -162,9 +162,7 @@ impl Objective<'_> {
     ) -> Option<Rows> {
         let Matched { patch, points: matches, feet, losses } = matched;
         let active = &self.space.model.parts()[*patch].active;
-        let (u, v): (Vec<f64>, Vec<f64>) = feet.iter().map(|f| (f.uv[0], f.uv[1])).unzip();
-        let mut slopes = vec![0.0; feet.len() * active.len() * 3];
-        instance.jacobian(*patch, &u, &v, &mut slopes).ok()?;
+        let slopes = motions(instance, *patch, feet, active.len()).ok()?;
         let edges = Edges::new(self, instance, *patch, feet)?;
         // Columns of parameters that do not vary would be summed in vain.
         let mut varied: Vec<u32> = active.iter().chain(edges.active).copied().collect();

@@ -155,16 +155,24 @@ impl Objective<'_> {
     fn add_gradient(&self, instance: &dyn Instance, matched: &Matched, sums: &mut Sums) -> Option<()> {
         let Matched { patch, points, feet, losses } = matched;
         let n = self.space.model.parameters().len();
-        let (u, v): (Vec<f64>, Vec<f64>) = feet.iter().map(|f| (f.uv[0], f.uv[1])).unzip();
         let force =
             |((foot, point), loss): ((&Foot, &Correspondence), &PointLoss)| (foot.point - point.q) * loss.weight;
         let forces: Vec<DVec3> = feet.iter().zip(points).zip(losses).map(force).collect();
-        let w: Vec<[f64; 3]> = forces.iter().map(|f| f.to_array()).collect();
+        let (mut u, mut v): (Vec<f64>, Vec<f64>) = feet.iter().map(|f| (f.uv[0], f.uv[1])).unzip();
+        let mut w: Vec<[f64; 3]> = forces.iter().map(|f| f.to_array()).collect();
+        // Both sides of a corner have a share in the force on a foot on it.
+        for (i, Foot { beyond, share, .. }) in feet.iter().enumerate().filter(|(_, foot)| foot.share > 0.0) {
+            u.push(beyond[0]);
+            v.push(beyond[1]);
+            w[i] = (forces[i] * (1.0 - share)).to_array();
+            w.push((forces[i] * *share).to_array());
+        }
         instance.pullback(*patch, &u, &v, &w, &mut sums.gradient[..n]).ok()?;
+        let [u, v] = [&u[..feet.len()], &v[..feet.len()]];
         if let Some(keep) = self.edge(*patch, feet) {
             let held = feet.iter().zip(losses).map(|(foot, loss)| [-foot.hold * loss.weight, 0.0, 0.0]);
             let w: Vec<[f64; 3]> = held.collect();
-            instance.pullback(keep, &u, &v, &w, &mut sums.gradient[..n]).ok()?;
+            instance.pullback(keep, u, v, &w, &mut sums.gradient[..n]).ok()?;
         }
         if self.space.moving {
             for (foot, force) in feet.iter().zip(&forces) {
