@@ -28,7 +28,7 @@ pub(crate) fn run(args: &CheckArgs) -> Result<(), CommandError> {
 fn check(script: &Path, args: &CheckArgs) -> Result<(), CommandError> {
     let mut checked = compiled(script, args)?;
     if !checked.diagnostics.iter().any(|d| d.severity == Severity::Error) {
-        checked.add_slow_warnings()?;
+        checked.add_slow_warnings();
     }
     let failed = checked.diagnostics.iter().any(|d| d.severity == Severity::Error);
     match args.result.is_json() {
@@ -116,18 +116,16 @@ struct Checked {
     overlap: Option<[f64; 3]>,
 }
 
-/// An error for a model that cannot be meshed at its defaults.
-fn not_evaluated(error: &EvaluationError) -> Diagnostic {
-    let message = format!("the model cannot be evaluated at its defaults: {}", error.sentence);
+/// An error for a model that cannot be meshed at its defaults, or at the values that were `given`.
+fn not_evaluated(error: &EvaluationError, given: bool) -> Diagnostic {
+    let values = if given { "these values" } else { "its defaults" };
+    let message = format!("the model cannot be evaluated at {values}: {}", error.sentence);
     Diagnostic::new(Code::Evaluation, error.span.unwrap_or_default(), message).label(error.circumstances.clone())
 }
 
 impl Checked {
     /// Adds warnings that take longer than other commands should wait for.
-    ///
-    /// # Errors
-    /// The model cannot be evaluated at the values that were given.
-    fn add_slow_warnings(&mut self) -> Result<(), CommandError> {
+    fn add_slow_warnings(&mut self) {
         let main = FileId::default();
         if let Some(file) = self.sources.get(main) {
             self.diagnostics.extend(lints(&syntax::parse(main, &file.text).0));
@@ -138,11 +136,10 @@ impl Checked {
             self.diagnostics.extend(program.probe().into_iter().filter(|d| !reported.contains(&d.span)));
             let found = closedness::of(program, &self.values).map_err(|error| program.placed(error, &self.values));
             self.closedness = match found {
-                Err(error) if self.given => return Err(CommandError::failed(error)),
                 Err(error) => {
-                    // Unless the probe has found it, at other places.
-                    if !self.diagnostics.iter().any(|d| d.code == Code::Evaluation) {
-                        self.diagnostics.push(not_evaluated(&error));
+                    // Unless the probe, which knows the defaults only, has found it, at other places.
+                    if self.given || !self.diagnostics.iter().any(|d| d.code == Code::Evaluation) {
+                        self.diagnostics.push(not_evaluated(&error, self.given));
                     }
                     None
                 }
@@ -154,28 +151,19 @@ impl Checked {
             };
             self.diagnostics.extend(self.closedness.iter().flat_map(|c| closedness::warnings(program, c)));
         }
-        self.add_measures()?;
+        self.add_measures();
         self.diagnostics.sort_by_key(|d| (d.span.file, d.span.start));
-        Ok(())
     }
 
     /// Adds an error for each measure that cannot be computed at these values.
-    ///
-    /// # Errors
-    /// One cannot be computed at values that were given.
-    fn add_measures(&mut self) -> Result<(), CommandError> {
-        let Some(program) = &self.program else { return Ok(()) };
+    fn add_measures(&mut self) {
+        let Some(program) = &self.program else { return };
         self.measured = measured(program, &self.values);
         for (measure, measured) in program.measures().iter().zip(&self.measured) {
-            match measured {
-                Err(error) if self.given => return Err(CommandError::failed(error)),
-                Err(error) => {
-                    self.diagnostics.push(Diagnostic::new(Code::Evaluation, measure.span, error.sentence.clone()));
-                }
-                Ok(_) => {}
+            if let Err(error) = measured {
+                self.diagnostics.push(Diagnostic::new(Code::Evaluation, measure.span, error.sentence.clone()));
             }
         }
-        Ok(())
     }
 
     /// The tables of parameters, inputs and parts.

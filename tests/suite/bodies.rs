@@ -167,3 +167,36 @@ fn a_key_and_its_groove_are_closed_each_by_itself() {
         must_be_closed(&folder.path().join("m.stl"));
     }
 }
+
+/// What ends in the plane in which two solids were joined has a bottom there: inside is on both sides of it.
+#[test]
+fn holes_end_where_two_solids_meet() {
+    let plate = "box(width: 40mm, depth: 40mm, height: 10mm) + {post: box(width: 20mm, depth: 20mm, height: 15mm)
+      .translate((0mm, 0mm, 10mm))}";
+    let bore = "capped_cylinder(radius: 4mm, height: 10mm).translate((X, 1mm, 0mm))";
+    let material = 22000.0 - 160.0 * PI;
+    let whole = 2.0 * 1600.0 + 1600.0 + 4.0 * 300.0 + 80.0 * PI;
+    // Under the post, half under it, and beside it, where the hole goes through.
+    for (x, bottom) in [("2mm", true), ("10mm", false), ("15mm", false)] {
+        for joined in [plate.to_owned(), format!("union([{}])", plate.replace(" + {post: ", ", ").replace('}', ""))] {
+            let bore = bore.replace('X', x);
+            let script = format!(
+                "model m {{\n  measure v = volume(b)\n  measure s = area(b)\n  part b = {joined} - {{bore: {bore}}}\n}}\n"
+            );
+            let check = checked(&script, &[]);
+            assert_eq!(check["closed"], true, "{script}");
+            assert!((measure(&check, 0) - material).abs() < 1e-6 * material, "{script}: {}", measure(&check, 0));
+            if bottom {
+                assert!((measure(&check, 1) - whole).abs() < 1e-6 * whole, "{script}: {}", measure(&check, 1));
+            }
+        }
+    }
+    // The same as what both have in common.
+    let script = "model m { measure v = volume(b)
+      part b = union([box(width: 40mm, depth: 40mm, height: 10mm), box(width: 20mm, depth: 20mm, height: 15mm)
+        .translate((0mm, 0mm, 10mm))]) & {core: capped_cylinder(radius: 4mm, height: 10mm).translate((2mm, 1mm, 0mm))}
+    }\n";
+    let check = checked(script, &[]);
+    assert_eq!(check["closed"], true);
+    assert!((measure(&check, 0) - 160.0 * PI).abs() < 1e-3);
+}

@@ -2,6 +2,7 @@
 //! or end in a panic.
 
 use crate::support::{ball, fails, gmlc, gmlc_in, gmlc_with_input, text};
+use serde_json::Value;
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -100,7 +101,10 @@ fn values_at_which_the_model_does_not_exist_are_errors_of_check() {
     fs::write(at.join("m.gml"), script).expect("written");
     gmlc(at, &["check", "m.gml", "-p", "r=7mm"]);
     let error = fails(at, &["check", "m.gml", "-p", "r=2mm"], 1);
-    assert!(error.contains("m.gml:3:2: too small"), "{error}");
+    assert!(error.contains("at these values: too small") && error.contains("m.gml:3:2"), "{error}");
+    let output = gmlc_in(at, &["check", "m.gml", "-p", "r=2mm", "--json"]);
+    let json: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!((&json["ok"], &json["diagnostics"][0]["line"]), (&false.into(), &3.into()), "{json:#}");
     for (tolerance, expected) in [("-1mm", "must not be negative"), ("1mm * (0 / 0.0)", "not a")] {
         fs::write(at.join("t.gml"), format!("model t {{\n part p tolerance {tolerance} = disc(5mm)\n}}\n"))
             .expect("written");

@@ -34,8 +34,9 @@ const STEP: f64 = 2e-5;
 /// apart by 1e-6 mm, by which the vertices of either side of an edge may lie beside that of the other.
 const ON_EDGE: f64 = 2e-6;
 
-/// How far beside an edge its slope is asked for, in millimetres: farther than surfaces that coincide are told apart.
-const BESIDE_EDGE: f64 = 2e-5;
+/// How far beside an edge its slope is asked for, in millimetres: farther than surfaces that coincide are told apart;
+/// and, where the function is level there, between the edge and where that begins, from wherever a vertex may be.
+const BESIDE_EDGE: [f64; 4] = [2e-5, 5e-7, 1e-6, 1.5e-6];
 
 /// The least change by a millimetre of a function that says where its edge is. At the border of a patch a short piece
 /// may end where the function is level; where a fillet of a metre is tangent to a wall it is 4e-5.
@@ -270,36 +271,19 @@ impl Rule {
         let places: Vec<DVec2> = self.edges.iter().flat_map(|edge| edge.places).collect();
         let steps: Vec<DVec2> = self.edges.iter().flat_map(|edge| edge.steps).collect();
         let surface = partials_at(instance, patch, &places)?;
-        // Where solids coincide the function is level on one side of the edge.
-        let across: Vec<DVec2> = steps.iter().zip(&surface).map(|(step, p)| left_of(*step, p) * BESIDE_EDGE).collect();
-        let beside = |side: f64| -> Vec<DVec2> {
-            let moved =
-                places.iter().zip(&across).map(|(at, way)| if way.is_finite() { *at + side * *way } else { *at });
-            moved.map(|at| at.clamp(DVec2::ZERO, DVec2::ONE)).collect()
-        };
-        let sides = [beside(1.0), beside(-1.0)];
-        let keeps = [partials_at(instance, keep, &sides[0])?, partials_at(instance, keep, &sides[1])?];
-        let slope = |side: usize, i: usize| DVec2::new(keeps[side][i].du[0], keeps[side][i].dv[0]);
-        // At a corner it is that of the one edge on this side, and of the other on that: the function does not change
-        // along its own edge.
-        let turned = |side: usize, i: usize| {
-            let slope = slope(side, i);
-            let turned = (slope.dot(steps[i]) / slope.dot(across[i])).abs();
-            if turned.is_nan() { f64::INFINITY } else { turned }
-        };
-        let clearer: Vec<usize> = (0..places.len()).map(|i| usize::from(turned(1, i) < turned(0, i))).collect();
-        let chosen: Vec<DVec2> = clearer.iter().enumerate().map(|(i, side)| sides[*side][i]).collect();
+        let across: Vec<DVec2> = steps.iter().zip(&surface).map(|(step, p)| left_of(*step, p)).collect();
+        let beside = slopes_beside(instance, keep, [&places, &steps, &across])?;
+        let chosen: Vec<DVec2> = beside.iter().map(|beside| beside.place).collect();
         let (u, v) = apart(&chosen);
         let mut motions = vec![0.0; places.len() * active.len() * 3];
         instance.jacobian(keep, &u, &v, &mut motions)?;
         let mut flux: Vec<(u32, f64)> = active.iter().map(|parameter| (*parameter, 0.0)).collect();
         for (i, step) in steps.iter().enumerate() {
             // What is there is on the left of an edge.
-            let slope = slope(clearer[i], i);
+            let slope = beside[i].slope;
             let stretch = DVec3::from(surface[i].du).cross(DVec3::from(surface[i].dv)).length();
             let by_value = stretch * step.perp_dot(slope) / slope.length_squared();
-            let by_millimetre = slope.dot(across[i]) / BESIDE_EDGE;
-            if by_value.is_finite() && by_millimetre.abs() > LEVEL {
+            if by_value.is_finite() {
                 for (a, (_, sum)) in flux.iter_mut().enumerate() {
                     *sum += by_value * motions[(i * active.len() + a) * 3];
                 }
@@ -307,6 +291,44 @@ impl Rule {
         }
         Ok(flux)
     }
+}
+
+/// A place beside an edge, and the slope there of the function that is zero on it.
+#[derive(Clone, Copy, Default)]
+struct Beside {
+    place: DVec2,
+    slope: DVec2,
+}
+
+/// The slopes of where a patch is there at places on its edges, beside which the ways are across the edge, by a
+/// millimetre. Where solids coincide the function is level on one side of an edge, and where two do, as where a bore
+/// ends flush with a pipe and its flange, on both.
+fn slopes_beside(
+    instance: &dyn Instance,
+    keep: usize,
+    [places, steps, across]: [&[DVec2]; 3],
+) -> Result<Vec<Beside>, EvaluationError> {
+    let mut found: Vec<Beside> = places.iter().map(|place| Beside { place: *place, ..Beside::default() }).collect();
+    let mut wanted: Vec<usize> = (0..places.len()).filter(|i| across[*i].is_finite()).collect();
+    // At a corner it is the slope of the one edge on this side, and of the other on that: the function does not change
+    // along its own edge.
+    let mut turned = vec![f64::INFINITY; places.len()];
+    for distance in BESIDE_EDGE {
+        for distance in [distance, -distance] {
+            let beside = |i: &usize| (places[*i] + distance * across[*i]).clamp(DVec2::ZERO, DVec2::ONE);
+            let beside: Vec<DVec2> = wanted.iter().map(beside).collect();
+            for ((i, place), keep) in wanted.iter().zip(&beside).zip(partials_at(instance, keep, &beside)?) {
+                let slope = DVec2::new(keep.du[0], keep.dv[0]);
+                let (along, out) = (slope.dot(steps[*i]).abs(), slope.dot(across[*i]).abs());
+                if out > LEVEL && along / out < turned[*i] {
+                    turned[*i] = along / out;
+                    found[*i] = Beside { place: *place, slope };
+                }
+            }
+        }
+        wanted.retain(|i| turned[*i].is_infinite());
+    }
+    Ok(found)
 }
 
 /// How long the derivative along a border that is a point may be, as a part of the one across it; and how far from the

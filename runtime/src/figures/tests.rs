@@ -6,7 +6,9 @@ use gml_compiler::source::{NoFiles, SourceFile};
 use std::f64::consts::PI;
 
 fn program(body: &str) -> Program {
-    let text = format!("use std.solid\nuse std.surface (annulus, cylinder)\nmodel m {{\n{body}\n}}\n");
+    let text = format!(
+        "use std.solid\nuse std.curve (rectangle)\nuse std.surface (annulus, cylinder, prism, sphere)\nmodel m {{\n{body}\n}}\n"
+    );
     let script = SourceFile { name: "m.gml".to_owned(), text: text.clone() };
     compile(script, &NoFiles, &Options::default()).unwrap_or_else(|e| panic!("{e}\n{text}")).program
 }
@@ -260,6 +262,67 @@ fn distances_between_walls() {
         (2.0 * width, &[0.0, 0.0, 2.0]),
     ];
     agrees(body, &[d, apart, width], &expected, 1e-8);
+}
+
+/// A corner within a wall, whose place in u changes with the parameters: the motion of neither side is that of the
+/// corner. Faces that end in such corners, whose vertices are on the other side.
+#[test]
+fn distances_to_corners_within_a_surface() {
+    let body = "param w: length in 10mm..40mm = 20mm
+        param d: length in 5mm..20mm = 10mm
+        measure to_corner = least_distance(post, probe)
+        measure across = least_distance(posts[0], posts[1])
+        part post = prism(rectangle(w, d), 10mm)
+        part probe = sphere(2mm).translate((16mm, 9mm, 5mm))
+        let posts = for i in 0..2 { prism(rectangle(w, d), 10mm).translate((90mm * (i + 1), 0mm, 0mm)) }
+        part posts = posts";
+    let (w, d) = (21.0_f64, 11.0_f64);
+    let (x, y) = (16.0 - w / 2.0, 9.0 - d / 2.0);
+    let from = x.hypot(y);
+    let expected: [(f64, &[f64]); 2] = [(from - 2.0, &[-x / from / 2.0, -y / from / 2.0]), (90.0 - w, &[-1.0, 0.0])];
+    agrees(body, &[w, d], &expected, 1e-6);
+}
+
+/// A hole beside a wall, whose nearest places lie along a line, far from the origin: coordinates are rounded there.
+#[test]
+fn distances_along_lines_are_known_wherever_they_are() {
+    for at in ["0mm", "100m", "-30m"] {
+        for (r, x) in [(5.5, 10.0), (9.99, 13.007), (9.3, 11.3)] {
+            let body = format!(
+                "param r: length in 1mm..15mm = 5mm
+                measure web = least_distance(plate.hole.wall, plate.right)
+                part plate = (box(width: 74mm, depth: 52mm, height: 11mm) - {{hole: capped_cylinder(radius: r, height: 11mm)
+                    .translate(({x}mm, 5mm, 0mm))}}).rotate(31deg, (1, 1, 4)).translate(({at}, -0.7 * {at}, 3mm))"
+            );
+            agrees(&body, &[r], &[(37.0 - x - r, &[-1.0])], 1e-6);
+        }
+    }
+}
+
+/// The corner of a cube that stands out of a plate, by three edges of which no two are as steep: the ends of each edge
+/// are on two others.
+#[test]
+fn of_edges_that_meet_in_corners_within_a_face() {
+    let body = "param h: length in 1mm..5mm = 2mm
+        measure lid = area(body.top)
+        measure tip = area(body.cube)
+        measure all = area(body)
+        measure material = volume(body)
+        let cube = box(width: 10mm, depth: 10mm, height: 10mm).translate((-5mm, -5mm, -10mm)).rotate(50deg, (1, -1, 0))
+        part body = box(width: 40mm, depth: 40mm, height: 30mm) + {cube: cube.translate((3mm, 2mm, 30mm + h))}";
+    let h = 2.5_f64;
+    // How steep the edges are.
+    let angle = 50_f64.to_radians();
+    let (a, b) = (angle.sin() / 2.0_f64.sqrt(), angle.cos());
+    let (section, faces) = (h * h / (2.0 * a * a * b), h * h / 2.0 * (1.0 / (a * a) + 2.0 / (a * b)));
+    let sides = 2.0 * 1600.0 + 4.0 * 1200.0;
+    let expected: [(f64, &[f64]); 4] = [
+        (1600.0 - section, &[-2.0 * section / h]),
+        (faces, &[2.0 * faces / h]),
+        (sides + faces - section, &[2.0 * (faces - section) / h]),
+        (48000.0 + h * section / 3.0, &[section]),
+    ];
+    agrees(body, &[h], &expected, 1e-6);
 }
 
 /// The nearest place is on the edge that a hole makes, which moves with its radius.

@@ -93,6 +93,29 @@ fn the_gradient_of_a_trimmed_model_agrees_with_differences() {
     }
 }
 
+/// The scan is of a larger prism, so that many points are nearest to corners within the wall, whose places in u change
+/// with the parameters; the prism has corners along v, too, where its wall is bent.
+#[test]
+fn the_gradient_at_corners_within_a_surface_agrees_with_differences() {
+    let text = "use std.curve (rectangle)\nuse std.surface (prism)\nmodel m {
+        param w: length in 20mm..60mm = 40mm\nparam d: length in 10mm..40mm = 20mm\nparam h: length in 5mm..30mm = 15mm
+        param k: length in 1mm..9mm = 4mm
+        let wall = prism(rectangle(w, d), h)
+        part p = |u: real, v: real| { let p = wall(u, v); p * (1 + max(v - k / h, 0)) } }";
+    let script = SourceFile { name: "m.gml".to_owned(), text: text.to_owned() };
+    let model = compile(script, &NoFiles, &Options::default()).unwrap_or_else(|e| panic!("{e}")).program;
+    let x = [40.0, 20.0, 15.0, 4.0];
+    let scan = super::cup::scan_of(&model, &[44.0, 25.0, 17.0, 5.0], 0.2, 4000, 5);
+    let options = FitOptions { no_pose: true, ..beginning_at(&model, &x) };
+    let monitor = Monitor::default();
+    let problem = Problem::new(&model, &scan, &options, &monitor).unwrap();
+    let level = problem.start_level().unwrap();
+    for sigma in [8.0, 3.0] {
+        let objective = Objective { tolerance: 1e-8, ..level.objective(&problem.points, Loss::welsch(sigma)) };
+        compare(&objective, &x, Isometry::IDENTITY);
+    }
+}
+
 #[test]
 fn the_gradient_pulled_back_to_another_estimate_agrees_with_differences() {
     let model = cup();
