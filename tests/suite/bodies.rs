@@ -37,8 +37,8 @@ fn bodies_that_enclose_nothing_are_not_closed() {
     assert_eq!(checked("model m { part b = box(width: 1m, depth: 1m, height: 0.001mm) }\n", &[])["closed"], true);
 }
 
-/// The hollow of a hollow box has inner edges, whose roundings `shell` does not make: it stays open, and what lies in it
-/// is a cavity and not inside out.
+/// The hollow of a hollow box has inner edges, whose roundings `shell` does not make: it stays open, and what lies in
+/// it is a cavity and not inside out.
 #[test]
 fn a_cavity_in_what_is_open_is_not_inside_out() {
     let script = "use std.offset (shell)

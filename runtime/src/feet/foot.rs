@@ -22,8 +22,8 @@ pub(crate) struct Foot {
     /// What the edge of a trimmed patch holds: half of `d2` changes by so much less as the function of what is there
     /// grows by one. Zero within the patch.
     pub(crate) hold: f64,
-    /// Of a foot on a corner of the surface, the same place by the parameters of the other side, and the share that this
-    /// has in how the foot moves.
+    /// Of a foot on a corner of the surface, the same place by the parameters of the other side, and the share that
+    /// this has in how the foot moves.
     pub(crate) beyond: [f64; 2],
     pub(crate) share: f64,
 }

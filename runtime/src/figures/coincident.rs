@@ -5,7 +5,7 @@
 //! surface is there is level at that value over the stretch where it lies in another one, and its derivative by a
 //! parameter is how fast both leave each other.
 
-use super::rule::{apart, partials_at};
+use super::places::{apart, partials_at};
 use super::{Integrated, Taken};
 use crate::model::{EvaluationError, Instance, Model};
 use crate::sampling::halton;

@@ -5,8 +5,10 @@ mod angle;
 mod checked;
 mod coincident;
 mod distance;
+mod edges;
 mod enclosure;
 mod integrals;
+mod places;
 mod reach;
 mod rule;
 

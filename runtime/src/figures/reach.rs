@@ -15,8 +15,9 @@ use std::sync::OnceLock;
 /// that coincide, as of a peg that fills its hole, are in each other by two chords of the fine triangles (1e-4 each).
 const DEEP: f64 = 3e-4;
 
-/// Places of a body's triangles in the box of another, the fewest, and those of all pairs together: the check of a plate
-/// with 36 pegs, 72 pairs, takes 1.6 s of processor time more for them and for the fine triangles that they are on.
+/// Places of a body's triangles in the box of another, the fewest, and those of all pairs together: the check of a
+/// plate with 36 pegs, 72 pairs, takes 1.6 s of processor time more for them and for the fine triangles that they are
+/// on.
 const PLACES: usize = 2000;
 const FEWEST: usize = 50;
 const ALL_PLACES: usize = 100_000;

@@ -1,7 +1,9 @@
 //! Quadrature: places of a patch and weights in (u, v).
 
+use super::edges::{self, Edge};
 use super::integrals::Sums;
-use crate::model::{Bracket, Breaks, EvaluationError, Instance, Partials, Tessellation, narrow, spans};
+use super::places::partials_at;
+use crate::model::{Breaks, EvaluationError, Instance, Partials, Tessellation, spans};
 use glam::{DVec2, DVec3};
 use std::collections::HashMap;
 
@@ -30,18 +32,6 @@ const TRIANGLE: [(f64, f64, f64); 2] = [
 /// are then exact to some 1e-9.
 const STEP: f64 = 2e-5;
 
-/// What the value of where a patch is there may be at a vertex on an edge. Millimetres: surfaces that coincide are told
-/// apart by 1e-6 mm, by which the vertices of either side of an edge may lie beside that of the other.
-const ON_EDGE: f64 = 2e-6;
-
-/// How far beside an edge its slope is asked for, in millimetres: farther than surfaces that coincide are told apart;
-/// and, where the function is level there, between the edge and where that begins, from wherever a vertex may be.
-const BESIDE_EDGE: [f64; 4] = [2e-5, 5e-7, 1e-6, 1.5e-6];
-
-/// The least change by a millimetre of a function that says where its edge is. At the border of a patch a short piece
-/// may end where the function is level; where a fillet of a metre is tangent to a wall it is 4e-5.
-const LEVEL: f64 = 1e-6;
-
 /// Places and weights for integrals over (u, v).
 #[derive(Debug, Default)]
 pub(super) struct Rule {
@@ -54,13 +44,6 @@ pub(super) struct Rule {
     pub(super) is_by_triangles: bool,
     /// The edges of a trimmed patch.
     edges: Vec<Edge>,
-}
-
-/// A piece of an edge in (u, v): its ends and its middle, and by how much of it each stands for the piece.
-#[derive(Debug)]
-struct Edge {
-    places: [DVec2; 3],
-    steps: [DVec2; 3],
 }
 
 impl Rule {
@@ -190,7 +173,7 @@ impl Rule {
         let borders = triangles.iter().flat_map(|t| (0..3).map(|k| [t[k], t[(k + 1) % 3]]));
         let borders = borders.filter(|[a, b]| is_border(*a, *b)).map(|[a, b]| [beside(a, b), beside(b, a)]);
         let borders: Vec<[DVec2; 2]> = borders.collect();
-        rule.add_edges(instance, patch, keep, &borders)?;
+        rule.add_edges(edges::along(instance, [patch, keep], &borders)?);
         Ok(rule)
     }
 
@@ -224,39 +207,15 @@ impl Rule {
         }
     }
 
-    /// Adds what is between the chords on edges and these. Borders run counterclockwise about what is there.
-    fn add_edges(
-        &mut self,
-        instance: &dyn Instance,
-        patch: usize,
-        keep: usize,
-        borders: &[[DVec2; 2]],
-    ) -> Result<(), EvaluationError> {
-        let values = keeps_at(instance, keep, borders.as_flattened())?;
-        // Where surfaces of two solids coincide the value is as small along the whole border.
-        let on_border = |[a, b]: &[DVec2; 2]| {
-            [0, 1].iter().any(|axis| a[*axis] == b[*axis] && (a[*axis] == 0.0 || a[*axis] == 1.0))
-        };
-        let on_edge =
-            |k: &usize| values[2 * k..2 * k + 2].iter().all(|value| value.abs() <= ON_EDGE) && !on_border(&borders[*k]);
-        let edges: Vec<[DVec2; 2]> = (0..borders.len()).filter(on_edge).map(|k| borders[k]).collect();
-        let middles = middles(instance, patch, keep, &edges)?;
-        for ([a, b], middle) in edges.into_iter().zip(middles) {
-            let chord = b - a;
-            // What is not near the chord is no arc over it: a corner, or another edge.
-            let Some(middle) = middle else {
-                self.edges.push(Edge { places: [a, 0.5 * (a + b), b], steps: [0.5 * chord, DVec2::ZERO, 0.5 * chord] });
-                continue;
-            };
-            let sagitta = middle - 0.5 * (a + b);
-            let area = -2.0 / 3.0 * chord.perp_dot(sagitta);
+    /// Adds what is between the chords on edges and these.
+    fn add_edges(&mut self, edges: Vec<Edge>) {
+        for edge in &edges {
+            let chord = edge.chord();
             let steps = [0, 1].map(|axis| STEP * chord[axis].abs().max(f64::EPSILON.sqrt()));
-            self.push(0.5 * (a + b) + 0.4 * sagitta, area, steps);
-            // Simpson's rule along the parabola.
-            let steps = [(chord + 4.0 * sagitta) / 6.0, chord * 4.0 / 6.0, (chord - 4.0 * sagitta) / 6.0];
-            self.edges.push(Edge { places: [a, middle, b], steps });
+            let (at, area) = edge.segment();
+            self.push(at, area, steps);
         }
-        Ok(())
+        self.edges = edges;
     }
 
     /// How the area grows as edges move outwards, by the parameters that the function of where the patch is there
@@ -268,67 +227,8 @@ impl Rule {
         keep: usize,
         active: &[u32],
     ) -> Result<Vec<(u32, f64)>, EvaluationError> {
-        let places: Vec<DVec2> = self.edges.iter().flat_map(|edge| edge.places).collect();
-        let steps: Vec<DVec2> = self.edges.iter().flat_map(|edge| edge.steps).collect();
-        let surface = partials_at(instance, patch, &places)?;
-        let across: Vec<DVec2> = steps.iter().zip(&surface).map(|(step, p)| left_of(*step, p)).collect();
-        let beside = slopes_beside(instance, keep, [&places, &steps, &across])?;
-        let chosen: Vec<DVec2> = beside.iter().map(|beside| beside.place).collect();
-        let (u, v) = apart(&chosen);
-        let mut motions = vec![0.0; places.len() * active.len() * 3];
-        instance.jacobian(keep, &u, &v, &mut motions)?;
-        let mut flux: Vec<(u32, f64)> = active.iter().map(|parameter| (*parameter, 0.0)).collect();
-        for (i, step) in steps.iter().enumerate() {
-            // What is there is on the left of an edge.
-            let slope = beside[i].slope;
-            let stretch = DVec3::from(surface[i].du).cross(DVec3::from(surface[i].dv)).length();
-            let by_value = stretch * step.perp_dot(slope) / slope.length_squared();
-            if by_value.is_finite() {
-                for (a, (_, sum)) in flux.iter_mut().enumerate() {
-                    *sum += by_value * motions[(i * active.len() + a) * 3];
-                }
-            }
-        }
-        Ok(flux)
+        edges::flux(&self.edges, instance, [patch, keep], active)
     }
-}
-
-/// A place beside an edge, and the slope there of the function that is zero on it.
-#[derive(Clone, Copy, Default)]
-struct Beside {
-    place: DVec2,
-    slope: DVec2,
-}
-
-/// The slopes of where a patch is there at places on its edges, beside which the ways are across the edge, by a
-/// millimetre. Where solids coincide the function is level on one side of an edge, and where two do, as where a bore
-/// ends flush with a pipe and its flange, on both.
-fn slopes_beside(
-    instance: &dyn Instance,
-    keep: usize,
-    [places, steps, across]: [&[DVec2]; 3],
-) -> Result<Vec<Beside>, EvaluationError> {
-    let mut found: Vec<Beside> = places.iter().map(|place| Beside { place: *place, ..Beside::default() }).collect();
-    let mut wanted: Vec<usize> = (0..places.len()).filter(|i| across[*i].is_finite()).collect();
-    // At a corner it is the slope of the one edge on this side, and of the other on that: the function does not change
-    // along its own edge.
-    let mut turned = vec![f64::INFINITY; places.len()];
-    for distance in BESIDE_EDGE {
-        for distance in [distance, -distance] {
-            let beside = |i: &usize| (places[*i] + distance * across[*i]).clamp(DVec2::ZERO, DVec2::ONE);
-            let beside: Vec<DVec2> = wanted.iter().map(beside).collect();
-            for ((i, place), keep) in wanted.iter().zip(&beside).zip(partials_at(instance, keep, &beside)?) {
-                let slope = DVec2::new(keep.du[0], keep.dv[0]);
-                let (along, out) = (slope.dot(steps[*i]).abs(), slope.dot(across[*i]).abs());
-                if out > LEVEL && along / out < turned[*i] {
-                    turned[*i] = along / out;
-                    found[*i] = Beside { place: *place, slope };
-                }
-            }
-        }
-        wanted.retain(|i| turned[*i].is_infinite());
-    }
-    Ok(found)
 }
 
 /// How long the derivative along a border that is a point may be, as a part of the one across it; and how far from the
@@ -360,81 +260,4 @@ fn poles(
         }
     }
     Ok(poles)
-}
-
-/// The width to which the place of an edge is narrowed, as a part of the way that is looked at from a chord: rounding.
-const EXACT: f64 = 3e-14;
-
-/// The middles of the edges over chords: across the chord from its middle, at most a quarter of its length away.
-fn middles(
-    instance: &dyn Instance,
-    patch: usize,
-    keep: usize,
-    edges: &[[DVec2; 2]],
-) -> Result<Vec<Option<DVec2>>, EvaluationError> {
-    let starts: Vec<DVec2> = edges.iter().map(|[a, b]| 0.5 * (*a + *b)).collect();
-    let surface = partials_at(instance, patch, &starts)?;
-    let across = |([a, b], p): (&[DVec2; 2], &Partials)| {
-        let chord = *b - *a;
-        left_of(chord, p) * (0.25 * in_space(p, chord).length())
-    };
-    let across: Vec<DVec2> = edges.iter().zip(&surface).map(across).collect();
-    let beside = |s: f64| -> Vec<DVec2> {
-        starts.iter().zip(&across).map(|(start, way)| (*start + s * *way).clamp(DVec2::ZERO, DVec2::ONE)).collect()
-    };
-    let [outside, here, inside] = [
-        keeps_at(instance, keep, &beside(-1.0))?,
-        keeps_at(instance, keep, &starts)?,
-        keeps_at(instance, keep, &beside(1.0))?,
-    ];
-    // From where the surface is not there to where it is.
-    let bracket = |i: usize| {
-        let ends = match [outside[i] > 0.0, here[i] > 0.0, inside[i] > 0.0] {
-            [_, false, true] => Bracket { from: 0.0, to: 1.0, values: [here[i], inside[i]] },
-            [false, true, _] => Bracket { from: -1.0, to: 0.0, values: [outside[i], here[i]] },
-            _ => return None,
-        };
-        across[i].is_finite().then_some((i, ends))
-    };
-    let at = |i: usize, s: f64| (starts[i] + s * across[i]).clamp(DVec2::ZERO, DVec2::ONE);
-    let (bracketed, mut zeros): (Vec<usize>, Vec<Bracket>) = (0..edges.len()).filter_map(bracket).unzip();
-    narrow(&mut zeros, EXACT, |which, s| {
-        let places: Vec<DVec2> = which.iter().zip(s).map(|(k, s)| at(bracketed[*k], *s)).collect();
-        keeps_at(instance, keep, &places)
-    })?;
-    let mut middles = vec![None; edges.len()];
-    bracketed.into_iter().zip(zeros).for_each(|(i, zero)| middles[i] = Some(at(i, zero.to)));
-    Ok(middles)
-}
-
-/// A way in (u, v) as one in space.
-fn in_space(p: &Partials, way: DVec2) -> DVec3 {
-    DVec3::from(p.du) * way.x + DVec3::from(p.dv) * way.y
-}
-
-/// To the left of a way in (u, v), at right angles to it in space, by a millimetre.
-fn left_of(way: DVec2, p: &Partials) -> DVec2 {
-    let (along, left) = (in_space(p, way), in_space(p, way.perp()));
-    let square = way.perp() - way * (left.dot(along) / along.length_squared());
-    square / in_space(p, square).length()
-}
-
-pub(super) fn apart(places: &[DVec2]) -> (Vec<f64>, Vec<f64>) {
-    places.iter().map(|at| (at.x, at.y)).unzip()
-}
-
-pub(super) fn partials_at(
-    instance: &dyn Instance,
-    patch: usize,
-    places: &[DVec2],
-) -> Result<Vec<Partials>, EvaluationError> {
-    let (u, v) = apart(places);
-    let mut partials = vec![Partials::default(); places.len()];
-    instance.partials(patch, &u, &v, &mut partials)?;
-    Ok(partials)
-}
-
-fn keeps_at(instance: &dyn Instance, keep: usize, places: &[DVec2]) -> Result<Vec<f64>, EvaluationError> {
-    let (u, v) = apart(places);
-    instance.keeps(keep, &u, &v)
 }

@@ -6,9 +6,7 @@ use gml_compiler::source::{NoFiles, SourceFile};
 use std::f64::consts::PI;
 
 fn program(body: &str) -> Program {
-    let text = format!(
-        "use std.solid\nuse std.curve (rectangle)\nuse std.surface (annulus, cylinder, prism, sphere)\nmodel m {{\n{body}\n}}\n"
-    );
+    let text = format!("use std.solid\nuse std.surface (annulus, cylinder)\nmodel m {{\n{body}\n}}\n");
     let script = SourceFile { name: "m.gml".to_owned(), text: text.clone() };
     compile(script, &NoFiles, &Options::default()).unwrap_or_else(|e| panic!("{e}\n{text}")).program
 }

@@ -44,5 +44,5 @@ pub(crate) fn must_be_closed(stl: &Path) {
             *edges.entry([a.min(b), a.max(b)]).or_default() += if a < b { 1 } else { -1 };
         }
     }
-    assert!(triangles.len() > 100 && edges.values().all(|n| *n == 0), "{} triangles", triangles.len());
+    assert!(triangles.len() > 50 && edges.values().all(|n| *n == 0), "{} triangles", triangles.len());
 }

@@ -97,7 +97,7 @@ fn the_gradient_of_a_trimmed_model_agrees_with_differences() {
 /// with the parameters; the prism has corners along v, too, where its wall is bent.
 #[test]
 fn the_gradient_at_corners_within_a_surface_agrees_with_differences() {
-    let text = "use std.curve (rectangle)\nuse std.surface (prism)\nmodel m {
+    let text = "model m {
         param w: length in 20mm..60mm = 40mm\nparam d: length in 10mm..40mm = 20mm\nparam h: length in 5mm..30mm = 15mm
         param k: length in 1mm..9mm = 4mm
         let wall = prism(rectangle(w, d), h)
