@@ -100,7 +100,7 @@ fn the_gradient_at_corners_within_a_surface_agrees_with_differences() {
     let text = "model m {
         param w: length in 20mm..60mm = 40mm\nparam d: length in 10mm..40mm = 20mm\nparam h: length in 5mm..30mm = 15mm
         param k: length in 1mm..9mm = 4mm
-        let wall = prism(rectangle(w, d), h)
+        let wall = prism(rectangle(w, d), h).wall
         part p = |u: real, v: real| { let p = wall(u, v); p * (1 + max(v - k / h, 0)) } }";
     let script = SourceFile { name: "m.gml".to_owned(), text: text.to_owned() };
     let model = compile(script, &NoFiles, &Options::default()).unwrap_or_else(|e| panic!("{e}")).program;
