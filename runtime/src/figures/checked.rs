@@ -58,11 +58,11 @@ pub(super) fn check_areas(
     for (i, k) in off.into_iter().enumerate() {
         let Some((value, found)) = by_gradient(k, taken) else { continue };
         let expected = behind.as_ref().map_or(ahead[i] - value, |behind| 0.5 * (ahead[i] - behind[i]));
-        if differs(expected, found, value) {
-            if let Ok((_, slopes)) = &mut taken[k] {
-                let why = "corners move within the surface of an area, or surfaces touch along its edge";
-                *slopes = Err(why.to_owned());
-            }
+        if differs(expected, found, value)
+            && let Ok((_, slopes)) = &mut taken[k]
+        {
+            let why = "corners move within the surface of an area, or surfaces touch along its edge";
+            *slopes = Err(why.to_owned());
         }
     }
     Ok(())
