@@ -99,8 +99,8 @@ fn the_gradient_of_a_trimmed_model_agrees_with_differences() {
 }
 
 /// The scan is of a larger prism, so that many points are nearest to corners within the wall, whose places in u change
-/// with the parameters. The facets' corners stay where they were: beside them feet are not exact, and differences of the
-/// objective to some 1e-4 only.
+/// with the parameters. The facets' corners stay where they were: beside them feet are not exact, and differences of
+/// the objective to some 1e-4 only.
 #[test]
 fn the_gradient_at_corners_within_a_surface_agrees_with_differences() {
     let text = "model m {
