@@ -1,7 +1,7 @@
 //! Bodies of models: what encloses nothing, what touches, and what lies in something else.
 
 use crate::support::gmlc;
-use crate::support::solid::{checked, measure, must_be_closed};
+use crate::support::solid::{checked, closed_triangles, measure};
 use std::f64::consts::PI;
 use std::fs;
 use tempfile::tempdir;
@@ -164,11 +164,12 @@ fn a_key_and_its_groove_are_closed_each_by_itself() {
         assert!(check["closed"] == true && check["diagnostics"].as_array().is_some_and(Vec::is_empty), "{check}");
         fs::write(folder.path().join("m.gml"), &script).expect("written");
         gmlc(folder.path(), &["mesh", "m.gml", "-o", "m.stl"]);
-        must_be_closed(&folder.path().join("m.stl"));
+        // All walls are plane.
+        assert!(closed_triangles(&folder.path().join("m.stl")) > 70, "{script}");
     }
 }
 
-/// What ends in the plane in which two solids were joined has a bottom there: inside is on both sides of it.
+/// A hole that ends in the plane in which two solids were joined has a bottom there: inside is on both sides of it.
 #[test]
 fn holes_end_where_two_solids_meet() {
     let plate = "box(width: 40mm, depth: 40mm, height: 10mm) + {post: box(width: 20mm, depth: 20mm, height: 15mm)

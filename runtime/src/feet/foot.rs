@@ -3,7 +3,8 @@
 
 use super::domain::{Domain, Stretch};
 use super::tuning::{
-    BACKTRACK, CURVED_CLEARLY, CURVED_SOUNDLY, FOOT_EVALUATIONS, SEAM_STEP, TAYLOR_GROWTH, TAYLOR_SHARE, TAYLOR_STEPS,
+    BACKTRACK, CURVED_CLEARLY, CURVED_SOUNDLY, FOOT_EVALUATIONS, LEVEL_PULL, SEAM_STEP, TAYLOR_GROWTH, TAYLOR_SHARE,
+    TAYLOR_STEPS,
 };
 use crate::model::{EvaluationError, Instance, SecondPartials};
 use glam::DVec3;
@@ -178,9 +179,6 @@ impl Search<'_> {
     }
 }
 
-/// The pull of one side of a corner that is rounding, as a part of the other's.
-const LEVEL: f64 = 1e-9;
-
 /// The share that the side across a break has in how a foot on it moves. The corner is somewhere else in u or v when
 /// parameters change, which moves neither side's place at a fixed (u, v): that share of both for which nothing changes
 /// with u or v does not depend on where it is (an element of Clarke's generalised gradient that vanishes there;
@@ -189,7 +187,7 @@ fn share_beyond(iteration: &Iteration, there: [f64; 2]) -> f64 {
     let axis = (iteration.looked - 1) / 2;
     let (here, there) = (iteration.pull[axis], there[axis]);
     // Where the other side does not pull, but for rounding, it is all that counts.
-    if here * there <= LEVEL * here * here && here != 0.0 { (here / (here - there)).min(1.0) } else { 0.0 }
+    if here * there <= LEVEL_PULL * here * here && here != 0.0 { (here / (here - there)).min(1.0) } else { 0.0 }
 }
 
 /// How feet on a patch move by each of its active parameters, three coordinates each.
@@ -202,23 +200,29 @@ pub(crate) fn motions(
     feet: &[Foot],
     active: usize,
 ) -> Result<Vec<f64>, EvaluationError> {
-    let of = |uv: &mut dyn Iterator<Item = [f64; 2]>| {
-        let (u, v): (Vec<f64>, Vec<f64>) = uv.map(|[u, v]| (u, v)).unzip();
-        let mut motions = vec![0.0; u.len() * active * 3];
-        instance.jacobian(patch, &u, &v, &mut motions)?;
-        Ok(motions)
-    };
-    let mut motions = of(&mut feet.iter().map(|foot| foot.uv))?;
+    let mut motions = motions_at(instance, patch, feet.iter().map(|foot| foot.uv), active)?;
     let at_corner: Vec<usize> = (0..feet.len()).filter(|i| feet[*i].share > 0.0).collect();
     if active == 0 || at_corner.is_empty() {
         return Ok(motions);
     }
-    let beyond = of(&mut at_corner.iter().map(|i| feet[*i].beyond))?;
+    let beyond = motions_at(instance, patch, at_corner.iter().map(|i| feet[*i].beyond), active)?;
     for (i, beyond) in at_corner.into_iter().zip(beyond.chunks_exact(active * 3)) {
         let share = feet[i].share;
         let here = &mut motions[i * active * 3..(i + 1) * active * 3];
         here.iter_mut().zip(beyond).for_each(|(here, beyond)| *here += share * (beyond - *here));
     }
+    Ok(motions)
+}
+
+fn motions_at(
+    instance: &dyn Instance,
+    patch: usize,
+    uv: impl Iterator<Item = [f64; 2]>,
+    active: usize,
+) -> Result<Vec<f64>, EvaluationError> {
+    let (u, v): (Vec<f64>, Vec<f64>) = uv.map(|[u, v]| (u, v)).unzip();
+    let mut motions = vec![0.0; u.len() * active * 3];
+    instance.jacobian(patch, &u, &v, &mut motions)?;
     Ok(motions)
 }
 

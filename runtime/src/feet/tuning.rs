@@ -37,6 +37,8 @@ pub(super) const GRAZING: f64 = 0.1;
 
 // --------------------------------------------------------------------------------------------------------- Foot points
 
+/// The pull of one side of a corner on a foot that is rounding, as a part of the other's.
+pub(super) const LEVEL_PULL: f64 = 1e-9;
 /// Newton's method for a foot: evaluations at most (four suffice except across a sharp bend), the factor on a step that
 /// led away, and the longest step along a closed patch, whose period is 1.
 pub(super) const FOOT_EVALUATIONS: usize = 16;

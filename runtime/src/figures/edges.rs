@@ -4,12 +4,14 @@ use super::places::{apart, keeps_at, partials_at};
 use crate::model::{Bracket, EvaluationError, Instance, Partials, narrow};
 use glam::{DVec2, DVec3};
 
-/// What the value of where a patch is there may be at a vertex on an edge. Millimetres: surfaces that coincide are told
-/// apart by 1e-6 mm, by which the vertices of either side of an edge may lie beside that of the other.
+/// The largest value, at a vertex on an edge, of the function of where a patch is there. Millimetres: surfaces that
+/// coincide are told apart by 1e-6 mm, by which the vertices of either side of an edge may lie beside that of the
+/// other.
 const ON_EDGE: f64 = 2e-6;
 
-/// How far beside an edge its slope is asked for, in millimetres: farther than surfaces that coincide are told apart;
-/// and, where the function is level there, between the edge and where that begins, from wherever a vertex may be.
+/// Distances beside an edge at which its slope is asked for, in millimetres: farther than surfaces that coincide are
+/// told apart; and, where the function is level there, between the edge and where that begins, from wherever a vertex
+/// may be.
 const BESIDE_EDGE: [f64; 4] = [2e-5, 5e-7, 1e-6, 1.5e-6];
 
 /// The least change by a millimetre of a function that says where its edge is. At the border of a patch a short piece
@@ -27,7 +29,7 @@ impl Edge {
     /// Over a chord; without a middle along it.
     fn over([a, b]: [DVec2; 2], middle: Option<DVec2>) -> Self {
         let chord = b - a;
-        // What is not near the chord is no arc over it: a corner, or another edge.
+        // An edge without a middle near the chord is no arc over it, but has a corner, or meets another edge.
         let Some(middle) = middle else {
             return Self { places: [a, 0.5 * (a + b), b], steps: [0.5 * chord, DVec2::ZERO, 0.5 * chord] };
         };
@@ -41,11 +43,12 @@ impl Edge {
         self.places[2] - self.places[0]
     }
 
-    /// A place between the chord and the parabola over it, and the area there.
-    pub(super) fn segment(&self) -> (DVec2, f64) {
+    /// A place between the chord and the parabola over it, and the area there; none of an edge along its chord.
+    pub(super) fn segment(&self) -> Option<(DVec2, f64)> {
         let [a, middle, b] = self.places;
         let sagitta = middle - 0.5 * (a + b);
-        (0.5 * (a + b) + 0.4 * sagitta, -2.0 / 3.0 * self.chord().perp_dot(sagitta))
+        let at = 0.5 * (a + b) + 0.4 * sagitta;
+        (sagitta != DVec2::ZERO).then(|| (at, -2.0 / 3.0 * self.chord().perp_dot(sagitta)))
     }
 }
 
@@ -85,7 +88,7 @@ pub(super) fn flux(
     instance.jacobian(keep, &u, &v, &mut motions)?;
     let mut flux: Vec<(u32, f64)> = active.iter().map(|parameter| (*parameter, 0.0)).collect();
     for (i, step) in steps.iter().enumerate() {
-        // What is there is on the left of an edge.
+        // The patch is on the left of its edge.
         let slope = beside[i].slope;
         let stretch = DVec3::from(surface[i].du).cross(DVec3::from(surface[i].dv)).length();
         let by_value = stretch * step.perp_dot(slope) / slope.length_squared();

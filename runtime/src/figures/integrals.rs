@@ -5,6 +5,7 @@
 //! they take from the other. That of an area has the stretch of the surface, and at the edge of a trimmed patch how
 //! fast the edge moves outwards.
 
+use super::edges;
 use super::rule::Rule;
 use crate::model::{EvaluationError, Instance, Model, Partials, Tessellation};
 use glam::DVec3;
@@ -123,7 +124,7 @@ pub(super) fn gradient(
         }
     }
     if let Some(keep) = model.keep(patch) {
-        for (parameter, flux) in rule.flux(instance, patch, keep, model.keep_active(patch))? {
+        for (parameter, flux) in edges::flux(&rule.edges, instance, [patch, keep], model.keep_active(patch))? {
             gradient[parameter as usize].area += flux;
         }
     }

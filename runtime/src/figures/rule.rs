@@ -43,7 +43,7 @@ pub(super) struct Rule {
     /// Whether it was made of triangles.
     pub(super) is_by_triangles: bool,
     /// The edges of a trimmed patch.
-    edges: Vec<Edge>,
+    pub(super) edges: Vec<Edge>,
 }
 
 impl Rule {
@@ -210,24 +210,12 @@ impl Rule {
     /// Adds what is between the chords on edges and these.
     fn add_edges(&mut self, edges: Vec<Edge>) {
         for edge in &edges {
-            let chord = edge.chord();
-            let steps = [0, 1].map(|axis| STEP * chord[axis].abs().max(f64::EPSILON.sqrt()));
-            let (at, area) = edge.segment();
-            self.push(at, area, steps);
+            if let Some((at, area)) = edge.segment() {
+                let steps = edge.chord().to_array().map(|along| STEP * along.abs().max(f64::EPSILON.sqrt()));
+                self.push(at, area, steps);
+            }
         }
         self.edges = edges;
-    }
-
-    /// How the area grows as edges move outwards, by the parameters that the function of where the patch is there
-    /// depends on.
-    pub(super) fn flux(
-        &self,
-        instance: &dyn Instance,
-        patch: usize,
-        keep: usize,
-        active: &[u32],
-    ) -> Result<Vec<(u32, f64)>, EvaluationError> {
-        edges::flux(&self.edges, instance, [patch, keep], active)
     }
 }
 

@@ -297,8 +297,8 @@ fn distances_along_lines_are_known_wherever_they_are() {
     }
 }
 
-/// The corner of a cube that stands out of a plate, by three edges of which no two are as steep: the ends of each edge
-/// are on two others.
+/// The corner of a cube that stands out of a plate, askew: the face is cut by three edges, each of which ends on both
+/// others.
 #[test]
 fn of_edges_that_meet_in_corners_within_a_face() {
     let body = "param h: length in 1mm..5mm = 2mm

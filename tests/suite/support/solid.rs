@@ -34,8 +34,15 @@ pub(crate) fn triangles(bytes: &[u8]) -> Vec<[[u32; 3]; 3]> {
         .collect()
 }
 
-/// Panics where a mesh in a binary STL file has an edge that two triangles do not share in opposite senses.
+/// Panics where a mesh in a binary STL file has an edge that two triangles do not share in opposite senses, or hardly
+/// any triangles.
 pub(crate) fn must_be_closed(stl: &Path) {
+    let count = closed_triangles(stl);
+    assert!(count > 100, "{count} triangles");
+}
+
+/// The number of triangles of such a mesh; panics where an edge is not shared so.
+pub(crate) fn closed_triangles(stl: &Path) -> usize {
     let triangles = triangles(&fs::read(stl).expect("it is there"));
     let mut edges: HashMap<[[u32; 3]; 2], i32> = HashMap::new();
     for corners in &triangles {
@@ -44,5 +51,6 @@ pub(crate) fn must_be_closed(stl: &Path) {
             *edges.entry([a.min(b), a.max(b)]).or_default() += if a < b { 1 } else { -1 };
         }
     }
-    assert!(triangles.len() > 50 && edges.values().all(|n| *n == 0), "{} triangles", triangles.len());
+    assert!(edges.values().all(|n| *n == 0), "open edges of {} triangles", triangles.len());
+    triangles.len()
 }

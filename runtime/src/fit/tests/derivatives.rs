@@ -40,6 +40,21 @@ fn compare_to(objective: &Objective, x: &[f64], motion: Isometry, to: f64) {
     }
 }
 
+/// Compares the gradient of a model at x, to a scan of the model at other values, for losses of two widths.
+fn compare_with_a_scan(text: &str, x: &[f64], of_scan: &[f64], sigmas: [f64; 2], to: f64) {
+    let script = SourceFile { name: "m.gml".to_owned(), text: text.to_owned() };
+    let model = compile(script, &NoFiles, &Options::default()).unwrap_or_else(|e| panic!("{e}")).program;
+    let scan = super::cup::scan_of(&model, of_scan, 0.2, 4000, 5);
+    let options = FitOptions { no_pose: true, ..beginning_at(&model, x) };
+    let monitor = Monitor::default();
+    let problem = Problem::new(&model, &scan, &options, &monitor).unwrap();
+    let level = problem.start_level().unwrap();
+    for sigma in sigmas {
+        let objective = Objective { tolerance: 1e-8, ..level.objective(&problem.points, Loss::welsch(sigma)) };
+        compare_to(&objective, x, Isometry::IDENTITY, to);
+    }
+}
+
 #[test]
 fn the_gradient_of_the_objective_agrees_with_differences() {
     let model = cup();
@@ -84,18 +99,7 @@ fn the_gradient_of_a_trimmed_model_agrees_with_differences() {
         part p = box(width: w, depth: 30mm, height: 6mm)
           - {hole: capped_cylinder(radius: d / 2, height: 6mm).translate((x, 2mm, 0mm))}
           + {boss: ball(radius: r).translate((w / 2, 0mm, 3mm))} }";
-    let script = SourceFile { name: "m.gml".to_owned(), text: text.to_owned() };
-    let model = compile(script, &NoFiles, &Options::default()).unwrap_or_else(|e| panic!("{e}")).program;
-    let x = [40.0, 6.0, 0.0, 8.0];
-    let scan = super::cup::scan_of(&model, &[41.0, 9.0, 1.5, 7.0], 0.2, 4000, 5);
-    let options = FitOptions { no_pose: true, ..beginning_at(&model, &x) };
-    let monitor = Monitor::default();
-    let problem = Problem::new(&model, &scan, &options, &monitor).unwrap();
-    let level = problem.start_level().unwrap();
-    for sigma in [8.0, 1.5] {
-        let objective = Objective { tolerance: 1e-8, ..level.objective(&problem.points, Loss::welsch(sigma)) };
-        compare(&objective, &x, Isometry::IDENTITY);
-    }
+    compare_with_a_scan(text, &[40.0, 6.0, 0.0, 8.0], &[41.0, 9.0, 1.5, 7.0], [8.0, 1.5], 1e-5);
 }
 
 /// The scan is of a larger prism, so that many points are nearest to corners within the wall, whose places in u change
@@ -106,18 +110,7 @@ fn the_gradient_at_corners_within_a_surface_agrees_with_differences() {
     let text = "model m {
         param w: length in 20mm..60mm = 40mm\nparam d: length in 10mm..40mm = 20mm\nparam h: length in 5mm..30mm = 15mm
         part p = prism(rectangle(w, d), h).wall }";
-    let script = SourceFile { name: "m.gml".to_owned(), text: text.to_owned() };
-    let model = compile(script, &NoFiles, &Options::default()).unwrap_or_else(|e| panic!("{e}")).program;
-    let x = [40.0, 20.0, 15.0];
-    let scan = super::cup::scan_of(&model, &[44.0, 25.0, 17.0], 0.2, 4000, 5);
-    let options = FitOptions { no_pose: true, ..beginning_at(&model, &x) };
-    let monitor = Monitor::default();
-    let problem = Problem::new(&model, &scan, &options, &monitor).unwrap();
-    let level = problem.start_level().unwrap();
-    for sigma in [8.0, 3.0] {
-        let objective = Objective { tolerance: 1e-8, ..level.objective(&problem.points, Loss::welsch(sigma)) };
-        compare_to(&objective, &x, Isometry::IDENTITY, 1e-3);
-    }
+    compare_with_a_scan(text, &[40.0, 20.0, 15.0], &[44.0, 25.0, 17.0], [8.0, 3.0], 1e-3);
 }
 
 #[test]
