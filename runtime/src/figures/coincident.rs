@@ -3,9 +3,10 @@
 //!
 //! `std.solid` tells such surfaces apart by asking a millionth of a millimetre beside them. So the function of where a
 //! surface is there is level at that value over the stretch where it lies in another one, and its derivative by a
-//! parameter is how fast both leave each other.
+//! parameter is how fast both leave each other. Nothing is gained or lost if the surface is there all the same: the
+//! bottom of a hole that ends where two solids are joined.
 
-use super::places::{apart, partials_at};
+use super::places::{keeps_at, partials_at};
 use super::{Integrated, Taken};
 use crate::model::{EvaluationError, Instance, Model};
 use crate::sampling::halton;
@@ -24,6 +25,8 @@ const AS_BESIDE: f64 = 0.01;
 const LEVEL: f64 = 1e-5;
 /// The speed, by a unit of the parameter, from which on two surfaces leave each other: far above rounding. Millimetres.
 const LEAVING: f64 = 1e-6;
+/// How far surfaces are moved apart to see whether anything is gained or lost. Millimetres, far more than `BESIDE`.
+const APART: f64 = 1e-3;
 
 /// Takes away the derivatives of areas, volumes and centroids that are not the same on both sides.
 ///
@@ -31,12 +34,12 @@ const LEAVING: f64 = 1e-6;
 /// The surface cannot be evaluated.
 pub(super) fn check_sides(
     model: &dyn Model,
-    instance: &dyn Instance,
+    (x, instance): (&[f64], &dyn Instance),
     figures: &[PartFigure],
     integrated: &Integrated,
     taken: &mut [Result<Taken, String>],
 ) -> Result<(), EvaluationError> {
-    let leaving = |patch: &usize| Ok(leaving(model, instance, *patch)?.map(|parameter| (*patch, parameter)));
+    let leaving = |patch: &usize| Ok(leaving(model, (x, instance), *patch)?.map(|parameter| (*patch, parameter)));
     let leaving: Result<Vec<_>, EvaluationError> = integrated.patches.par_iter().map(leaving).collect();
     let leaving: Vec<(usize, usize)> = leaving?.into_iter().flatten().collect();
     for (figure, taken) in figures.iter().zip(taken).filter(|(figure, _)| figure.others.is_empty()) {
@@ -55,7 +58,11 @@ pub(super) fn check_sides(
 }
 
 /// A parameter with which a trimmed patch leaves a surface that it lies in.
-fn leaving(model: &dyn Model, instance: &dyn Instance, patch: usize) -> Result<Option<usize>, EvaluationError> {
+fn leaving(
+    model: &dyn Model,
+    (x, instance): (&[f64], &dyn Instance),
+    patch: usize,
+) -> Result<Option<usize>, EvaluationError> {
     let (Some(keep), active) = (model.keep(patch), model.keep_active(patch)) else { return Ok(None) };
     if active.is_empty() {
         return Ok(None);
@@ -67,14 +74,33 @@ fn leaving(model: &dyn Model, instance: &dyn Instance, patch: usize) -> Result<O
         let (s, f) = (&surface[*k], &there[*k]);
         (f.point[0].abs() - BESIDE).abs() <= AS_BESIDE * BESIDE && is_level(f.du, s.du) && is_level(f.dv, s.dv)
     };
-    let places: Vec<DVec2> = (0..PLACES).filter(lies_in_another).map(|k| places[k]).collect();
-    let (u, v) = apart(&places);
-    let mut speeds = vec![0.0; places.len() * active.len() * 3];
+    let lying = (0..PLACES).filter(lies_in_another).map(|k| (places[k], there[k].point[0] > 0.0));
+    let lying: Vec<(DVec2, bool)> = lying.collect();
+    let (u, v): (Vec<f64>, Vec<f64>) = lying.iter().map(|(at, _)| (at.x, at.y)).unzip();
+    let mut speeds = vec![0.0; lying.len() * active.len() * 3];
     instance.jacobian(keep, &u, &v, &mut speeds)?;
-    // One alone may be on the line along which a surface is tangent.
-    let leaves = |a: &usize| {
-        let leaving = speeds.chunks_exact(active.len() * 3).filter(|of_place| of_place[3 * a].abs() > LEAVING);
-        leaving.count() > 1
-    };
-    Ok((0..active.len()).find(leaves).map(|a| active[a] as usize))
+    for (a, parameter) in active.iter().enumerate() {
+        let speed = |k: &usize| speeds[(k * active.len() + a) * 3].abs();
+        let some: Vec<usize> = (0..lying.len()).filter(|k| speed(k) > LEAVING).collect();
+        let step = APART / some.iter().map(speed).fold(LEAVING, f64::max);
+        let some: Vec<(DVec2, bool)> = some.into_iter().map(|k| lying[k]).collect();
+        let changes = |step: f64| {
+            let mut moved = x.to_vec();
+            moved[*parameter as usize] += step;
+            // One alone may be on the line along which a surface is tangent. Beyond a bound, or a condition of the
+            // model, nothing is.
+            model.instantiate(&moved).is_ok_and(|moved| changed(&*moved, keep, &some) > 1)
+        };
+        if some.len() > 1 && (changes(step) || changes(-step)) {
+            return Ok(Some(*parameter as usize));
+        }
+    }
+    Ok(None)
+}
+
+/// At how many places it is not as it was whether a surface is there. Where it cannot be evaluated it is not.
+fn changed(instance: &dyn Instance, keep: usize, was: &[(DVec2, bool)]) -> usize {
+    let places: Vec<DVec2> = was.iter().map(|(at, _)| *at).collect();
+    let now = keeps_at(instance, keep, &places).unwrap_or_else(|_| vec![f64::NEG_INFINITY; was.len()]);
+    now.iter().zip(was).filter(|(now, (_, was))| (**now > 0.0) != *was).count()
 }

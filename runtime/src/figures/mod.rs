@@ -119,7 +119,7 @@ fn of_parts(
         Ok((value, slopes.map(|slopes| slopes.into_iter().zip(quantities()).map(told).collect())))
     });
     let mut taken: Vec<_> = taken.collect();
-    coincident::check_sides(model, &*instance, figures, &integrated, &mut taken)?;
+    coincident::check_sides(model, (x, &*instance), figures, &integrated, &mut taken)?;
     checked::check_areas(model, x, figures, &integrated, (size, &mut taken))?;
     Ok(taken)
 }

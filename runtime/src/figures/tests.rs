@@ -468,6 +468,17 @@ fn where_surfaces_lie_in_each_other_derivatives_have_two_sides() {
         part plate = box(width: 20mm, depth: 20mm, height: 10mm)
           - {hole: capped_cylinder(radius: r, height: 10mm).translate((5mm, 0mm, 0mm))}";
     agrees(tangent, &[5.0], &[(4000.0 - 250.0 * PI, &[-100.0 * PI])], 1e-3);
+    // A bore from below that ends where plate and post are joined is there on either side.
+    let blind = "param h: length = 10mm
+        param d: length = 10mm
+        measure material = volume(b)
+        measure skin = area(b)
+        part b = box(width: 40mm, depth: 40mm, height: h)
+          + {post: box(width: 20mm, depth: 20mm, height: 15mm).translate((0mm, 0mm, h))}
+          - {bore: capped_cylinder(radius: 4mm, height: d).translate((2mm, 1mm, 0mm))}";
+    let (material, skin) = (22000.0 - 160.0 * PI, 6000.0 + 80.0 * PI);
+    let by = [[1600.0, -16.0 * PI], [160.0, 8.0 * PI]];
+    agrees(blind, &[10.0, 10.0], &[(material, &by[0]), (skin, &by[1])], 1e-5);
     let blocks = "param t: length = 5mm
         param d: length = 5mm
         measure all = volume(blocks)
