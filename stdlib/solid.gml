@@ -547,10 +547,11 @@ fn _aside(s, u, v) {
 /// The point beside a surface: `side` is 1 above it and -1 below.
 fn _beside_surface(s, u, v, side) = s(u, v) + _aside(s, u, v) * side
 
-/// Positive where both sides of a surface are inside of a solid.
+/// Positive where both sides of a surface are inside of a solid. Far from its surface one side tells of both.
 fn _within(s, u, v, other) {
   let (p, aside) = (s(u, v), _aside(s, u, v))
-  min(-other(p + aside), -other(p - aside))
+  let above = -other(p + aside)
+  if abs(above) > 1000 * _beside { above } else { min(above, -other(p - aside)) }
 }
 
 /// The first of two solids in their union.

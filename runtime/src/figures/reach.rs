@@ -4,7 +4,7 @@
 //! another one by a twentieth of its edge. Here only what lies in the boxes around both is looked at.
 
 use crate::bvh::Bvh;
-use crate::mesh::{Bounds, TriangleMesh};
+use crate::mesh::{Bounds, TriangleMesh, tetrahedron};
 use crate::model::{Winding, bodies};
 use crate::sampling::{halton, in_triangle};
 use glam::DVec3;
@@ -33,6 +33,8 @@ struct Body {
 struct Solid {
     winding: Winding,
     bvh: Bvh,
+    /// It faces inwards: the wall of a cavity in others.
+    is_cavity: bool,
 }
 
 impl Body {
@@ -46,9 +48,22 @@ impl Body {
             }
             let winding = Winding::new(self.triangles.iter().map(|t| mesh.corners(*t)).collect());
             let bvh = Bvh::build(&mesh.submesh(self.triangles.iter().copied())).ok()?;
-            Some(Solid { winding, bvh })
+            let centre = self.bounds.centre();
+            let about = |t: &[u32; 3]| tetrahedron(mesh.corners(*t).map(|p| p - centre));
+            let is_cavity = self.triangles.iter().map(about).sum::<f64>() < 0.0;
+            Some(Solid { winding, bvh, is_cavity })
         };
         self.solid.get_or_init(make).as_ref()
+    }
+}
+
+impl Solid {
+    fn has(&self, place: DVec3) -> bool {
+        self.winding.at(place) > 0.5
+    }
+
+    fn is_far(&self, place: DVec3, distance: f64) -> bool {
+        self.bvh.closest_point(place, distance).is_none()
     }
 }
 
@@ -57,8 +72,8 @@ pub(super) fn may_reach(mesh: &TriangleMesh) -> bool {
     !pairs(&divided(mesh), DEEP * mesh.bounds().diagonal()).is_empty()
 }
 
-/// A place of one body's surface that is clearly within another body; none where bodies only touch. Bodies that are not
-/// closed by themselves have no inside.
+/// A place of one body's surface that is clearly within another body, or of a cavity's wall that is clearly outside of
+/// all; none where bodies only touch. Bodies that are not closed by themselves have no inside.
 pub(super) fn reaching(mesh: &TriangleMesh) -> Option<[f64; 3]> {
     let deep = DEEP * mesh.bounds().diagonal();
     let bodies = divided(mesh);
@@ -67,11 +82,28 @@ pub(super) fn reaching(mesh: &TriangleMesh) -> Option<[f64; 3]> {
     let numbers = if pairs.is_empty() { Vec::new() } else { mesh.position_numbers() };
     let found = |(a, b, region): &(usize, usize, Bounds)| {
         let solid = bodies[*b].solid(mesh, &numbers)?;
-        let is_within =
-            |place: &DVec3| solid.winding.at(*place) > 0.5 && solid.bvh.closest_point(*place, deep).is_none();
+        if bodies[*a].solid(mesh, &numbers).is_some_and(|of_body| of_body.is_cavity) {
+            return None;
+        }
+        let is_within = |place: &DVec3| solid.has(*place) && solid.is_far(*place, deep);
         places(mesh, &bodies[*a].triangles, region, count).into_iter().find(is_within)
     };
-    pairs.par_iter().find_map_first(found).map(|place| place.to_array())
+    let reaching = pairs.par_iter().find_map_first(found);
+    reaching.or_else(|| beyond(mesh, &bodies, (&numbers, deep))).map(|place| place.to_array())
+}
+
+/// A place of a cavity's wall that is clearly outside of all other bodies; none where one of them has no inside.
+fn beyond(mesh: &TriangleMesh, bodies: &[Body], (numbers, deep): (&[u32], f64)) -> Option<DVec3> {
+    if numbers.is_empty() {
+        return None;
+    }
+    let solids: Vec<&Solid> = bodies.iter().map(|body| body.solid(mesh, numbers)).collect::<Option<_>>()?;
+    let cavities = (0..bodies.len()).filter(|k| solids[*k].is_cavity);
+    cavities.into_iter().find_map(|k| {
+        let others = || solids.iter().enumerate().filter(|(other, _)| *other != k).map(|(_, solid)| solid);
+        let is_outside = |place: &DVec3| others().all(|solid| !solid.has(*place) && solid.is_far(*place, deep));
+        places(mesh, &bodies[k].triangles, &bodies[k].bounds, PLACES).into_iter().find(is_outside)
+    })
 }
 
 /// Two bodies, and where the surface of the first may be within the second.
@@ -185,6 +217,14 @@ mod tests {
         assert!(with([-1.0, 19.9, 19.9], [21.0, 40.0, 40.0]).is_some());
         assert!(with([20.0, 0.0, 0.0], [40.0; 3]).is_none());
         assert!(with([20.0; 3], [40.0; 3]).is_none());
+        // A cavity by a part of its own, and one that reaches out.
+        let cavity = |high: f64| {
+            let mut mesh = boxes(&[("a", [0.0; 3], [20.0; 3]), ("b", [5.0; 3], [high; 3])]);
+            mesh.triangles[12..].iter_mut().for_each(|triangle| triangle.swap(1, 2));
+            reaching(&mesh)
+        };
+        assert!(cavity(15.0).is_none() && cavity(20.0).is_none());
+        assert!(cavity(20.2).is_some());
         let one = boxes(&[("a.left", [0.0; 3], [20.0; 3]), ("a.right", [19.0; 3], [40.0; 3])]);
         assert!(reaching(&one).is_none(), "one part");
     }

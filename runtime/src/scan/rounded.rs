@@ -195,7 +195,34 @@ impl Rounded {
         }
         let largest = self.largest_coordinates(&mesh.positions);
         steps::coarse(&mut self.frames, &largest, mesh, noise, coincident);
+        self.without_lattices(mesh);
         if self.frames.iter().all(|frame| frame.steps == [0.0; 3]) { Self::default() } else { self }
+    }
+
+    /// Sets steps to 0 that coordinates have along faces and not across them.
+    fn without_lattices(&mut self, mesh: &TriangleMesh) {
+        if mesh.normals.is_empty() {
+            return;
+        }
+        let mut points: Vec<Vec<usize>> = vec![Vec::new(); self.frames.len()];
+        for i in 0..mesh.positions.len() {
+            if let Some(of_frame) = points.get_mut(self.index(i)) {
+                of_frame.push(i);
+            }
+        }
+        for (frame, points) in self.frames.iter_mut().zip(points) {
+            for k in (0..3).filter(|k| frame.steps[*k] > 0.0).collect::<Vec<usize>>() {
+                let axis = frame.step(k).0;
+                let coordinate = |i: &usize| {
+                    let across = axis.dot(mesh.normals[*i].into()).abs();
+                    (frame.local(mesh.positions[*i])[k], across)
+                };
+                let coordinates: Vec<(f64, f64)> = points.iter().map(coordinate).collect();
+                if steps::are_of_a_lattice(&coordinates, frame.steps[k]) {
+                    frame.steps[k] = 0.0;
+                }
+            }
+        }
     }
 
     /// By frame, the largest coordinates of its points in it.

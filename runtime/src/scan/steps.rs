@@ -37,6 +37,13 @@ const COARSE: f64 = 1.0;
 const OF_SPACING: f64 = 0.72;
 const COINCIDENT: f64 = 0.05;
 
+/// The cosine from which on a normal is along an axis, the share of such points on a lattice, of that of all points,
+/// below which it is no rounding, and the intervals of a step in which coordinates are counted. Of 7,000 points of a
+/// plate's voxels 79 % are on the lattice in x, and 1.4 % of those across x; of a ball's two thirds, and a third at most.
+const ACROSS: f64 = 0.95;
+const OF_ALL: f64 = 0.6;
+const PHASES: usize = 1000;
+
 /// The step of coordinates along an axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Step {
@@ -156,6 +163,26 @@ pub(super) fn coarse(frames: &mut [Frame], largest: &[[f64; 3]], mesh: &Triangle
     }
 }
 
+/// Whether coordinates have a step along the faces of an object and not across them, as those of a mesh that was made
+/// from voxels: its vertices are on the edges of these, where the value says. Nothing lies off then. Each has how much
+/// its point's normal is along the axis.
+pub(super) fn are_of_a_lattice(coordinates: &[(f64, f64)], step: f64) -> bool {
+    let phase = |c: f64| (c / step).rem_euclid(1.0);
+    let mut counts = [0_usize; PHASES];
+    coordinates.iter().for_each(|(c, _)| counts[((phase(*c) * PHASES as f64) as usize).min(PHASES - 1)] += 1);
+    // The lattice may be at the border of two intervals.
+    let pair = |k: usize| counts[k] + counts[(k + 1) % PHASES];
+    let first = (0..PHASES).max_by_key(|k| pair(*k)).unwrap_or(0);
+    let is_on = |c: f64| {
+        let k = (phase(c) * PHASES as f64) as usize;
+        k == first || k == (first + 1) % PHASES
+    };
+    let share = |of: &[f64]| of.iter().filter(|c| is_on(**c)).count() as f64 / of.len() as f64;
+    let [all, across] = [0.0, ACROSS]
+        .map(|least| coordinates.iter().filter(|(_, n)| *n >= least).map(|(c, _)| *c).collect::<Vec<f64>>());
+    across.len() >= FEWEST && share(&across) < OF_ALL * share(&all)
+}
+
 /// The median distance of points from their nearest neighbours.
 fn spacing(positions: &[[f64; 3]]) -> f64 {
     let tree = Neighbours::new(positions);
@@ -250,6 +277,32 @@ mod tests {
         assert_eq!(steps(&[[0.0; 3]; 3000]), [0.0; 3]);
         let corners: Vec<[f64; 3]> = (0..3000).map(|i| [f64::from(i % 4) * 10.0; 3]).collect();
         assert_eq!(steps(&corners), [0.0; 3]);
+    }
+
+    /// The vertices of the voxels' edges that a ball crosses; and the ball's points, rounded.
+    #[test]
+    fn a_lattice_of_voxels_is_no_rounding() {
+        let (radius, step) = (40.0_f64, 0.7);
+        let mut made = Vec::new();
+        for k in 0..3 {
+            for (i, j) in (-58..58).flat_map(|i| (-58..58).map(move |j| (f64::from(i) * step, f64::from(j) * step))) {
+                let square = radius * radius - i * i - j * j;
+                if square > 0.0 {
+                    let mut p = [i, j, square.sqrt()];
+                    p.rotate_right(k);
+                    made.extend([p, p.map(|c| -c)]);
+                }
+            }
+        }
+        let normals: Vec<[f64; 3]> = made.iter().map(|p| p.map(|c| c / radius)).collect();
+        let rounded: Vec<[f64; 3]> = normals.iter().map(|n| n.map(|c| (c * radius / step).round() * step)).collect();
+        for (points, is_lattice) in [(&made, true), (&rounded, false)] {
+            for k in 0..3 {
+                let coordinates: Vec<(f64, f64)> =
+                    points.iter().zip(&normals).map(|(p, n)| (p[k] + 0.123, n[k].abs())).collect();
+                assert_eq!(are_of_a_lattice(&coordinates, step), is_lattice, "{k}");
+            }
+        }
     }
 
     #[test]

@@ -8,6 +8,7 @@
 mod associated;
 mod bridges;
 mod datum;
+mod dents;
 mod figure;
 mod filter;
 mod grid;
@@ -70,7 +71,7 @@ pub struct FormDeviation {
     /// Number of points (texels with a distance) that were filtered.
     pub points: usize,
     /// Number of outliers that are left out: more than four robust standard deviations from the filtered surface about
-    /// them.
+    /// them, unless all of the scan's points within two of their distances are, to the same side.
     pub outlying: usize,
     /// Its zone; none for general surfaces of revolution, which only have sections.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -246,7 +247,9 @@ fn measured(deviations: &Deviations, i: usize) -> Point {
 }
 
 fn form(shape: &Recognised, points: &[Point], noise: ScanNoise, cutoff: f64, precision: f64) -> Option<FormDeviation> {
-    let smooth = Smooth::new(points, cutoff, precision);
+    let area: f64 = points.iter().map(|point| point.area).sum();
+    let spacing = 1.0 / noise.density.min(points.len() as f64 / area).sqrt();
+    let smooth = Smooth::new(points, cutoff, (precision, spacing));
     let simulation = Simulation::new(&smooth.cells, points.len(), noise);
     let grid = shape.axis.and_then(|axis| Grid::new(&smooth.cells, axis, cutoff));
     let straight = matches!(shape.shape, Shape::Cylinder | Shape::Cone);

@@ -1,13 +1,14 @@
 //! The filtered deviations of a part.
 
+use super::dents::Around;
 use super::filter::{Cells, Filter, Place, Point};
 use super::noise::ScanNoise;
 use crate::mesh::Bounds;
 use crate::robust::{MAD_TO_SD, median};
 use glam::DVec3;
 
-/// A point is an outlier that is so many robust standard deviations away from the filtered surface about it: a dent is
-/// not, all of whose points are.
+/// A point is an outlier that is so many robust standard deviations away from the filtered surface about it, if it is
+/// so alone (see `dents`).
 const OUTLYING: f64 = 4.0;
 /// The filtered surface is found anew without outliers, at most so often.
 const PASSES: usize = 4;
@@ -32,8 +33,10 @@ pub(super) struct Smooth {
 }
 
 impl Smooth {
-    /// Filters points. `precision` is the rounding of their deviations (millimetres).
-    pub(super) fn new(points: &[Point], cutoff: f64, precision: f64) -> Self {
+    /// Filters points. `precision` is the rounding of their deviations, `spacing` how far apart the scan's points are
+    /// (millimetres).
+    pub(super) fn new(points: &[Point], cutoff: f64, (precision, spacing): (f64, f64)) -> Self {
+        let around = Around::new(points, spacing);
         let mut counts = vec![true; points.len()];
         let mut passes = 1;
         loop {
@@ -43,7 +46,7 @@ impl Smooth {
                 return Self { cells, filter, counts };
             }
             let filtered = filter.apply(&cells.values);
-            let inliers = near(points, &cells, &filtered, precision);
+            let inliers = near(points, &around, (&cells, &filtered), precision);
             if inliers == counts {
                 return Self { cells, filter, counts };
             }
@@ -75,16 +78,18 @@ impl Smooth {
     }
 }
 
-/// By point, whether it is near the filtered surface.
-fn near(points: &[Point], cells: &Cells, filtered: &[Option<f64>], precision: f64) -> Vec<bool> {
-    let off = |(point, cell): (&Point, &u32)| filtered[*cell as usize].map(|f| (point.deviation - f).abs());
-    let errors: Vec<Option<f64>> = points.iter().zip(&cells.of_point).map(off).collect();
-    let Some(spread) = median(&mut errors.iter().flatten().copied().collect::<Vec<f64>>()) else {
+/// By point, whether it is near the filtered surface, or far from it with all others about it.
+fn near(points: &[Point], around: &Around, (cells, filtered): (&Cells, &[Option<f64>]), precision: f64) -> Vec<bool> {
+    let error = |(point, cell): (&Point, &u32)| filtered[*cell as usize].map(|f| point.deviation - f);
+    let errors: Vec<Option<f64>> = points.iter().zip(&cells.of_point).map(error).collect();
+    let Some(spread) = median(&mut errors.iter().flatten().map(|error| error.abs()).collect::<Vec<f64>>()) else {
         return vec![true; points.len()];
     };
     let limit = (OUTLYING * MAD_TO_SD * spread).max(precision);
     // Of points at edges, where there is no filtered surface, nothing is known.
-    errors.into_iter().map(|error| error.is_none_or(|error| error <= limit)).collect()
+    let side = |error: f64| if error > limit { 1 } else { -i8::from(error < -limit) };
+    let sides: Vec<i8> = errors.into_iter().map(|error| error.map_or(0, side)).collect();
+    sides.iter().zip(around.of_dents(&sides)).map(|(side, of_dent)| *side == 0 || of_dent).collect()
 }
 
 /// The least cut-off that texels resolve: four of them. Millimetres.
