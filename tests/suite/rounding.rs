@@ -31,6 +31,21 @@ fn block(folder: &Path, seed: &str) -> Vec<[f64; 3]> {
     points.lines().filter_map(row).collect()
 }
 
+/// The vertices of a mesh made from voxels are on these along faces only.
+#[test]
+fn a_tomogram_that_is_not_turned_is_not_rounded() {
+    let folder = tempdir().expect("a folder");
+    let folder = folder.path();
+    std::fs::write(folder.join("block.gml"), BLOCK).expect("written");
+    let scan = ["scan", "block.gml", "--scanner", "ct", "--noise", "0.01mm", "--spacing", "2mm", "--no-pose"];
+    gmlc(folder, &[&scan[..], &["--seed", "3", "-o", "ct.ply"]].concat());
+    gmlc(folder, &["fit", "block.gml", "ct.ply", "-o", "fit.json"]);
+    let fit = json(&folder.join("fit.json"));
+    assert!(!fit["warnings"].to_string().contains("are rounded"), "{}", fit["warnings"]);
+    let sd = fit["parameters"][0]["sd"].as_f64().expect("a number");
+    assert!(sd < 0.01, "{sd}");
+}
+
 /// All points of a face lie off by the same, so that the residuals say nothing of it.
 #[test]
 fn rounded_coordinates_are_known_to_be_rounded() {

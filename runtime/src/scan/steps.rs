@@ -39,7 +39,7 @@ const COINCIDENT: f64 = 0.05;
 
 /// The cosine from which on a normal is along an axis, the share of such points on a lattice, of that of all points,
 /// below which it is no rounding, and the intervals of a step in which coordinates are counted. Of 7,000 points of a
-/// plate's voxels 79 % are on the lattice in x, and 1.4 % of those across x; of a ball's two thirds, and a third at most.
+/// plate's voxels 79 % are on the lattice in x, 1.4 % of those across x; of a ball's two thirds and a third at most.
 const ACROSS: f64 = 0.95;
 const OF_ALL: f64 = 0.6;
 const PHASES: usize = 1000;

@@ -3,19 +3,23 @@
 use super::filter::Point;
 use glam::DVec3;
 use std::collections::HashMap;
+use std::f64::consts::PI;
 
-/// The radius, in distances between the scan's points, of a disc of the surface all of whose points are off to the same
-/// side: of twelve points. Stray ones pull at the triangles about them, over one distance; a row of texels along an edge
-/// whose rays met another surface is narrower, too.
+/// The radius of a disc of the surface about a point, in distances between the scan's points: it has twelve of them.
 const RADIUS: f64 = 2.0;
-/// How much of such a disc's area must have been measured: beside an edge or a hole less is.
-const WHOLE: f64 = 0.9;
+/// The share of the disc that is off with a point of a dent, to the same side ...
+const TOGETHER: f64 = 0.4;
+/// ... and at least by this part as far. A stray point pulls at the triangles about it, over one distance: 6 % of the
+/// disc are half as far off. Texels along an edge whose rays met another surface, in a row one distance wide, are 32 %;
+/// of a dent with a radius of 2.1 distances it is so in the middle, and of a wide hole at its steep rim.
+const AS_FAR: f64 = 0.5;
 /// Points whose normals are farther apart than this cosine are on other sides of a wall.
 const SAME_SIDE: f64 = 0.3;
 
 /// The points about others.
 pub(super) struct Around<'p> {
     points: &'p [Point],
+    /// Of the discs. Millimetres.
     radius: f64,
     /// By cell, as wide as the radius.
     cells: HashMap<[i64; 3], Vec<u32>>,
@@ -36,47 +40,22 @@ impl<'p> Around<'p> {
         at.to_array().map(|x| (x / self.radius).floor() as i64)
     }
 
-    /// The points within some radius of a point, not larger than the discs', on its side of a wall.
-    fn near(&self, i: u32, radius: f64) -> impl Iterator<Item = u32> {
-        let (points, own) = (self.points, self.points[i as usize].place);
+    /// The points of the disc about a point.
+    fn disc(&self, i: usize) -> impl Iterator<Item = usize> {
+        let own = self.points[i].place;
         let [x, y, z] = self.cell(own.position);
         let cells = (0..27).filter_map(move |k| self.cells.get(&[x + k % 3 - 1, y + k / 3 % 3 - 1, z + k / 9 - 1]));
-        cells.flatten().copied().filter(move |k| {
-            let place = &points[*k as usize].place;
-            place.position.distance_squared(own.position) <= radius * radius && place.normal.dot(own.normal) > SAME_SIDE
+        cells.flatten().map(|k| *k as usize).filter(move |k| {
+            let place = &self.points[*k].place;
+            place.position.distance(own.position) <= self.radius && place.normal.dot(own.normal) > SAME_SIDE
         })
     }
 
-    /// Whether all points of the disc about a point are off to its side. `side` is, by point, 0 where it is not off.
-    fn is_within(&self, i: u32, side: &[i8]) -> bool {
-        let own = side[i as usize];
-        let mut area = 0.0;
-        for k in self.near(i, self.radius) {
-            if side[k as usize] != own {
-                return false;
-            }
-            area += self.points[k as usize].area;
-        }
-        area >= WHOLE * std::f64::consts::PI * self.radius * self.radius
-    }
-
-    /// By point, whether it belongs to a dent or a bump. `side` is as above: 1 where it is off outwards, -1 inwards.
-    pub(super) fn of_dents(&self, side: &[i8]) -> Vec<bool> {
-        let mut found = vec![false; side.len()];
-        if !self.radius.is_finite() {
-            return found;
-        }
-        let off = (0..).zip(side).filter(|(_, side)| **side != 0).map(|(i, _)| i);
-        let mut reached: Vec<u32> = off.filter(|i| self.is_within(*i, side)).collect();
-        reached.iter().for_each(|i| found[*i as usize] = true);
-        // What is off beside it belongs to it.
-        while let Some(i) = reached.pop() {
-            for k in self.near(i, 0.5 * self.radius) {
-                if side[k as usize] == side[i as usize] && !std::mem::replace(&mut found[k as usize], true) {
-                    reached.push(k);
-                }
-            }
-        }
-        found
+    /// Whether a point that is off is so with others. `errors` has, by point, how far it is off, if that is known.
+    pub(super) fn is_of_dent(&self, i: usize, errors: &[Option<f64>]) -> bool {
+        let Some(own) = errors[i].filter(|_| self.radius.is_finite()) else { return false };
+        let is_as_far = |k: &usize| errors[*k].is_some_and(|error| error * own.signum() >= AS_FAR * own.abs());
+        let area: f64 = self.disc(i).filter(is_as_far).map(|k| self.points[k].area).sum();
+        area >= TOGETHER * PI * self.radius * self.radius
     }
 }

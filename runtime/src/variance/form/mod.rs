@@ -71,7 +71,7 @@ pub struct FormDeviation {
     /// Number of points (texels with a distance) that were filtered.
     pub points: usize,
     /// Number of outliers that are left out: more than four robust standard deviations from the filtered surface about
-    /// them, unless all of the scan's points within two of their distances are, to the same side.
+    /// them, unless two fifths of a disc about them are, too (see docs/output.md).
     pub outlying: usize,
     /// Its zone; none for general surfaces of revolution, which only have sections.
     #[serde(default, skip_serializing_if = "Option::is_none")]

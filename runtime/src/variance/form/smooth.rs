@@ -6,6 +6,7 @@ use super::noise::ScanNoise;
 use crate::mesh::Bounds;
 use crate::robust::{MAD_TO_SD, median};
 use glam::DVec3;
+use rayon::prelude::*;
 
 /// A point is an outlier that is so many robust standard deviations away from the filtered surface about it, if it is
 /// so alone (see `dents`).
@@ -87,9 +88,8 @@ fn near(points: &[Point], around: &Around, (cells, filtered): (&Cells, &[Option<
     };
     let limit = (OUTLYING * MAD_TO_SD * spread).max(precision);
     // Of points at edges, where there is no filtered surface, nothing is known.
-    let side = |error: f64| if error > limit { 1 } else { -i8::from(error < -limit) };
-    let sides: Vec<i8> = errors.into_iter().map(|error| error.map_or(0, side)).collect();
-    sides.iter().zip(around.of_dents(&sides)).map(|(side, of_dent)| *side == 0 || of_dent).collect()
+    let is_near = |i: usize| errors[i].is_none_or(|error| error.abs() <= limit) || around.is_of_dent(i, &errors);
+    (0..points.len()).into_par_iter().map(is_near).collect()
 }
 
 /// The least cut-off that texels resolve: four of them. Millimetres.

@@ -128,12 +128,25 @@ fn by_points(solution: &Solution, uncertainty: &Uncertainty) -> Vec<Rival> {
         return Vec::new();
     }
     // Not the sample of the registration, which is even in space and not in noise.
-    let sample = solution.level.problem.points.every(THIN_POINTS);
+    let points = &solution.level.problem.points;
+    let sample = points.every(THIN_POINTS);
     let Some(base) = Base::new(solution, uncertainty, &sample) else { return Vec::new() };
     let mut rivals: Vec<Rival> =
         groups.iter().filter_map(|group| Some(Alone::new(&base, group)?.rivals())).flatten().collect();
     rivals.extend(turned::rivals(&base));
-    rivals
+    if rivals.is_empty() || sample.len() == points.len() {
+        return rivals;
+    }
+    // Two optima of a sample may be one over all points.
+    let Some(of_all) = Base::new(solution, uncertainty, points) else { return Vec::new() };
+    let remains = |rival: Rival| {
+        if rival.relabelled || rival.of.turned {
+            return Some(rival);
+        }
+        let level = solution.level.around(&rival.estimate).ok()?;
+        of_all.rival(&level, rival.of, rival.estimate)
+    };
+    rivals.into_iter().filter_map(remains).collect()
 }
 
 impl Rivals {
