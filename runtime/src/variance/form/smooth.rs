@@ -4,13 +4,16 @@ use super::dents::Around;
 use super::filter::{Cells, Filter, Place, Point};
 use super::noise::ScanNoise;
 use crate::mesh::Bounds;
-use crate::robust::{MAD_TO_SD, median};
+use crate::robust::{MAD_TO_SD, median, median_and_deviation};
 use glam::DVec3;
 use rayon::prelude::*;
 
 /// A point is an outlier that is so many robust standard deviations away from the filtered surface about it, if it is
 /// so alone (see `dents`).
 const OUTLYING: f64 = 4.0;
+/// Nor is one that is off by less than this part of the robust standard deviation of all deviations: where there is no
+/// noise, the filter's own error at a rim is more than those.
+const OF_FORM: f64 = 0.1;
 /// The filtered surface is found anew without outliers, at most so often.
 const PASSES: usize = 4;
 
@@ -47,7 +50,7 @@ impl Smooth {
                 return Self { cells, filter, counts };
             }
             let filtered = filter.apply(&cells.values);
-            let inliers = near(points, &around, (&cells, &filtered), precision);
+            let inliers = near((points, &counts), &around, (&cells, &filtered), precision);
             if inliers == counts {
                 return Self { cells, filter, counts };
             }
@@ -79,16 +82,24 @@ impl Smooth {
     }
 }
 
-/// By point, whether it is near the filtered surface, or far from it with all others about it.
-fn near(points: &[Point], around: &Around, (cells, filtered): (&Cells, &[Option<f64>]), precision: f64) -> Vec<bool> {
+/// By point, whether it is near the filtered surface, or far from it with others about it; `counts` is so by the
+/// surface before.
+fn near(
+    (points, counts): (&[Point], &[bool]),
+    around: &Around,
+    (cells, filtered): (&Cells, &[Option<f64>]),
+    precision: f64,
+) -> Vec<bool> {
     let error = |(point, cell): (&Point, &u32)| filtered[*cell as usize].map(|f| point.deviation - f);
     let errors: Vec<Option<f64>> = points.iter().zip(&cells.of_point).map(error).collect();
     let Some(spread) = median(&mut errors.iter().flatten().map(|error| error.abs()).collect::<Vec<f64>>()) else {
-        return vec![true; points.len()];
+        return counts.to_vec();
     };
-    let limit = (OUTLYING * MAD_TO_SD * spread).max(precision);
-    // Of points at edges, where there is no filtered surface, nothing is known.
-    let is_near = |i: usize| errors[i].is_none_or(|error| error.abs() <= limit) || around.is_of_dent(i, &errors);
+    let form = median_and_deviation(&mut points.iter().map(|point| point.deviation).collect::<Vec<f64>>());
+    let form = form.map_or(0.0, |(_, deviation)| deviation);
+    let limit = (OUTLYING * MAD_TO_SD * spread).max(OF_FORM * MAD_TO_SD * form).max(precision);
+    // Of points at edges, where there is no filtered surface, nothing new is known.
+    let is_near = |i: usize| errors[i].map_or(counts[i], |error| error.abs() <= limit || around.is_of_dent(i, &errors));
     (0..points.len()).into_par_iter().map(is_near).collect()
 }
 
