@@ -251,8 +251,8 @@ impl Layout {
     }
 }
 
-/// Evaluates every vertex; those of a patch that fails, or that reaches beyond [`FARTHEST`], are NaN. Returns the number
-/// of such patches.
+/// Evaluates every vertex; those of a patch that fails, or that reaches beyond [`FARTHEST`], are NaN. Returns how many
+/// patches do.
 fn place(grids: &[Grid], instance: &dyn Instance, positions: &mut [[f64; 3]]) -> usize {
     let mut absent = 0;
     for (patch, grid) in grids.iter().enumerate() {
@@ -269,8 +269,8 @@ fn place(grids: &[Grid], instance: &dyn Instance, positions: &mut [[f64; 3]]) ->
     absent
 }
 
-/// By vertex, the function that is positive where a trimmed patch is there; empty if none is trimmed. Where it cannot be
-/// evaluated nothing is there.
+/// By vertex, the function that is positive where a trimmed patch is there; empty if none is trimmed. Where it cannot
+/// be evaluated nothing is there.
 fn keeps(grids: &[Grid], vertices: usize, instance: &dyn Instance) -> Vec<Keep> {
     if grids.iter().all(|grid| grid.keep.is_none()) {
         return Vec::new();
