@@ -4,6 +4,7 @@ use super::sound::{FARTHEST, ROUNDING};
 use super::texts::{self, quoted};
 use gml_compiler::program::{Program, Quantity};
 use gml_runtime::fit::{FitResult, FittedInput, FittedMeasure, HypothesisTest, PoseCovariance};
+use gml_runtime::variance::without_indices;
 use std::collections::HashSet;
 
 /// Refuses what no fit has; the error is a predicate.
@@ -35,11 +36,14 @@ pub(super) fn check(fit: &FitResult) -> Result<(), String> {
     inference(fit)
 }
 
-/// Refuses parts, and groups of parts, that a program does not have, which is that of the fit.
+/// Refuses parts, and groups of parts, that a program does not have, which is that of the fit. Those of a loop go by one
+/// name, without numbers, where they are alike.
 pub(super) fn check_parts(fit: &FitResult, program: &Program) -> Result<(), String> {
     let is_known = |name: &str| {
-        let mut behind = program.parts().iter().filter_map(|part| part.name.strip_prefix(name));
-        behind.any(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
+        let names = |part: &str| [part.to_owned(), without_indices(part)];
+        let is_of =
+            |part: String| part.strip_prefix(name).is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']));
+        program.parts().iter().flat_map(|part| names(&part.name)).any(is_of)
     };
     match texts::parts(fit).find(|name| !is_known(name)) {
         Some(name) => Err(format!("names the part {}, which the model '{}' has not", quoted(name), program.name())),

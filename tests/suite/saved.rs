@@ -64,6 +64,28 @@ fn a_fit_keeps_its_inputs() {
     assert!(out.contains("8 parts") && out.ends_with("50 mm\ntrue\n"), "{out}");
 }
 
+/// Another shape of the surfaces of a loop names them without their numbers, behind which more may follow.
+#[test]
+fn a_fit_names_the_parts_of_a_loop_without_their_numbers() {
+    let folder = tempdir().expect("a folder");
+    let folder = folder.path();
+    let legs = "part legs = for i in 0..2 { {wall: cylinder(r, 20mm).translate((40mm * i, 0mm, 0mm))} }";
+    write(folder, "legs.gml", &format!("model legs {{\n param r: length in 5mm..15mm = 8mm\n {legs}\n}}\n"));
+    gmlc(folder, &["scan", "legs.gml", "-p", "r=9mm", "--spacing", "2mm", "-o", "scan.ply"]);
+    gmlc(folder, &["fit", "legs.gml", "scan.ply", "-o", "fit.json"]);
+    let mut fit = json(&folder.join("fit.json"));
+    let args = ["mesh", "legs.gml", "--params", "named.json", "-o", "legs.ply"];
+    for (name, is_known) in [("legs.wall", true), ("legs[1].wall", true), ("legs", true), ("legs.lid", false)] {
+        fit["alternatives"] = serde_json::json!([{ "parts": [name], "values": { "r": 9.5 }, "evidence": 0.0 }]);
+        write(folder, "named.json", &fit.to_string());
+        if is_known {
+            gmlc(folder, &args);
+        } else {
+            assert!(fails(folder, &args, 1).contains("names the part 'legs.lid', which the model"));
+        }
+    }
+}
+
 #[test]
 fn inputs_that_contradict_a_fit_are_refused() {
     let folder = fitted();

@@ -58,7 +58,7 @@ pub(crate) use orientation::{Facings, enclosed_volume, turn};
 pub use peaks::Peak;
 pub use points::{LargestDistance, MeasuredPoints, PartPoints, PointDistance, PointDistances, PointStatistics};
 pub(crate) use reach::Reach;
-pub use report::{PartStatistics, SIGN_CONVENTION, SensitivityRange, VarianceReport, VarianceSeconds};
+pub use report::{PartStatistics, SIGN_CONVENTION, SensitivityRange, VarianceReport, VarianceSeconds, without_indices};
 pub use sag::{Sag, without_sag};
 pub use scan_colours::{ColourSource, ColourSummary, ScanColours, Stretch};
 pub use statistics::{Histogram, Statistics};

@@ -334,8 +334,9 @@ fn groups(names: &[String]) -> Vec<(String, Vec<usize>)> {
     groups
 }
 
-/// `leg[2].hole[0]` is `leg.hole`.
-fn without_indices(name: &str) -> String {
+/// A part's name without its numbers in loops: `leg[2].hole[0]` is `leg.hole`.
+#[must_use]
+pub fn without_indices(name: &str) -> String {
     let mut depth = 0u32;
     let mut plain = String::new();
     for c in name.chars() {

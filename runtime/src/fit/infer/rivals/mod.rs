@@ -137,10 +137,10 @@ fn by_points(solution: &Solution, uncertainty: &Uncertainty) -> Vec<Rival> {
     if rivals.is_empty() || sample.len() == points.len() {
         return rivals;
     }
-    // Two optima of a sample may be one over all points.
+    // Two optima of a sample may be one over all points, and two of its outliers may speak for another shape.
     let Some(of_all) = Base::new(solution, uncertainty, points) else { return Vec::new() };
     let remains = |rival: Rival| {
-        if rival.relabelled || rival.of.turned {
+        if rival.relabelled {
             return Some(rival);
         }
         let level = solution.level.around(&rival.estimate).ok()?;
