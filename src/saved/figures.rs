@@ -36,8 +36,8 @@ pub(super) fn check(fit: &FitResult) -> Result<(), String> {
     inference(fit)
 }
 
-/// Refuses parts, and groups of parts, that a program does not have, which is that of the fit. Those of a loop go by one
-/// name, without numbers, where they are alike.
+/// Refuses parts, and groups of parts, that a program does not have, which is that of the fit. Those of a loop may go by
+/// one name, without numbers.
 pub(super) fn check_parts(fit: &FitResult, program: &Program) -> Result<(), String> {
     let is_known = |name: &str| {
         let names = |part: &str| [part.to_owned(), without_indices(part)];
