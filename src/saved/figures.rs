@@ -36,7 +36,7 @@ pub(super) fn check(fit: &FitResult) -> Result<(), String> {
     inference(fit)
 }
 
-/// Refuses parts, and groups of parts, that a program does not have, which is that of the fit. Those of a loop may go by
+/// Refuses parts, and groups of parts, that a program does not have, which is that of the fit. Those of a loop may have
 /// one name, without numbers.
 pub(super) fn check_parts(fit: &FitResult, program: &Program) -> Result<(), String> {
     let is_known = |name: &str| {
