@@ -139,14 +139,11 @@ fn by_points(solution: &Solution, uncertainty: &Uncertainty) -> Vec<Rival> {
     }
     // Two optima of a sample may be one over all points, and two of its outliers may speak for another shape.
     let Some(of_all) = Base::new(solution, uncertainty, points) else { return Vec::new() };
-    let remains = |rival: Rival| {
-        if rival.relabelled {
-            return Some(rival);
-        }
-        let level = solution.level.around(&rival.estimate).ok()?;
-        of_all.rival(&level, rival.of, rival.estimate)
-    };
-    rivals.into_iter().filter_map(remains).collect()
+    rivals.retain(|rival| {
+        let by_all = |level: Level| of_all.rival(&level, rival.of.clone(), rival.estimate.clone());
+        rival.relabelled || solution.level.around(&rival.estimate).ok().and_then(by_all).is_some()
+    });
+    rivals
 }
 
 impl Rivals {
