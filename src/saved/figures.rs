@@ -40,10 +40,9 @@ pub(super) fn check(fit: &FitResult) -> Result<(), String> {
 /// one name, without numbers.
 pub(super) fn check_parts(fit: &FitResult, program: &Program) -> Result<(), String> {
     let is_known = |name: &str| {
-        let names = |part: &str| [part.to_owned(), without_indices(part)];
         let is_of =
-            |part: String| part.strip_prefix(name).is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']));
-        program.parts().iter().flat_map(|part| names(&part.name)).any(is_of)
+            |part: &str| part.strip_prefix(name).is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']));
+        program.parts().iter().any(|part| is_of(&part.name) || is_of(&without_indices(&part.name)))
     };
     match texts::parts(fit).find(|name| !is_known(name)) {
         Some(name) => Err(format!("names the part {}, which the model '{}' has not", quoted(name), program.name())),

@@ -25,7 +25,8 @@ const AS_BESIDE: f64 = 0.01;
 const LEVEL: f64 = 1e-5;
 /// The speed, by a unit of the parameter, from which on two surfaces leave each other: far above rounding. Millimetres.
 const LEAVING: f64 = 1e-6;
-/// How far surfaces are moved apart to see whether anything is gained or lost. Millimetres, far more than `BESIDE`.
+/// How far a surface is moved from another one that it lies in, to see whether it is there on either side. Millimetres:
+/// a thousand times the distance at which `std.solid` asks.
 const APART: f64 = 1e-3;
 
 /// Takes away the derivatives of areas, volumes and centroids that are not the same on both sides.

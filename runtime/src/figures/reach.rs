@@ -98,8 +98,8 @@ fn beyond(mesh: &TriangleMesh, bodies: &[Body], (numbers, deep): (&[u32], f64)) 
         return None;
     }
     let solids: Vec<&Solid> = bodies.iter().map(|body| body.solid(mesh, numbers)).collect::<Option<_>>()?;
-    let cavities = (0..bodies.len()).filter(|k| solids[*k].is_cavity);
-    cavities.into_iter().find_map(|k| {
+    let mut cavities = (0..bodies.len()).filter(|k| solids[*k].is_cavity);
+    cavities.find_map(|k| {
         let others = || solids.iter().enumerate().filter(|(other, _)| *other != k).map(|(_, solid)| solid);
         let is_outside = |place: &DVec3| others().all(|solid| !solid.has(*place) && solid.is_far(*place, deep));
         places(mesh, &bodies[k].triangles, &bodies[k].bounds, PLACES).into_iter().find(is_outside)

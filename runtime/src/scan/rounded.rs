@@ -201,25 +201,19 @@ impl Rounded {
 
     /// Sets steps to 0 that coordinates have along faces and not across them.
     fn without_lattices(&mut self, mesh: &TriangleMesh) {
-        if mesh.normals.is_empty() {
-            return;
-        }
-        let mut points: Vec<Vec<usize>> = vec![Vec::new(); self.frames.len()];
-        for i in 0..mesh.positions.len() {
-            if let Some(of_frame) = points.get_mut(self.index(i)) {
-                of_frame.push(i);
+        // By frame and axis, the coordinates of points, and how much their normals are along the axis.
+        let mut coordinates: Vec<[Vec<(f64, f64)>; 3]> = vec![Default::default(); self.frames.len()];
+        for (i, (position, normal)) in mesh.positions.iter().zip(&mesh.normals).enumerate() {
+            let Some(frame) = self.of(i) else { continue };
+            let local = frame.local(*position);
+            for k in (0..3).filter(|k| frame.steps[*k] > 0.0) {
+                coordinates[self.index(i)][k].push((local[k], frame.step(k).0.dot((*normal).into()).abs()));
             }
         }
-        for (frame, points) in self.frames.iter_mut().zip(points) {
-            for k in (0..3).filter(|k| frame.steps[*k] > 0.0).collect::<Vec<usize>>() {
-                let axis = frame.step(k).0;
-                let coordinate = |i: &usize| {
-                    let across = axis.dot(mesh.normals[*i].into()).abs();
-                    (frame.local(mesh.positions[*i])[k], across)
-                };
-                let coordinates: Vec<(f64, f64)> = points.iter().map(coordinate).collect();
-                if steps::are_of_a_lattice(&coordinates, frame.steps[k]) {
-                    frame.steps[k] = 0.0;
+        for (frame, coordinates) in self.frames.iter_mut().zip(coordinates) {
+            for (step, coordinates) in frame.steps.iter_mut().zip(coordinates) {
+                if steps::are_of_a_lattice(&coordinates, *step) {
+                    *step = 0.0;
                 }
             }
         }

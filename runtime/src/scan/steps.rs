@@ -167,16 +167,13 @@ pub(super) fn coarse(frames: &mut [Frame], largest: &[[f64; 3]], mesh: &Triangle
 /// from voxels: its vertices are on the edges of these, where the value says. Nothing lies off then. Each has how much
 /// its point's normal is along the axis.
 pub(super) fn are_of_a_lattice(coordinates: &[(f64, f64)], step: f64) -> bool {
-    let phase = |c: f64| (c / step).rem_euclid(1.0);
+    let interval = |c: f64| (((c / step).rem_euclid(1.0) * PHASES as f64) as usize).min(PHASES - 1);
     let mut counts = [0_usize; PHASES];
-    coordinates.iter().for_each(|(c, _)| counts[((phase(*c) * PHASES as f64) as usize).min(PHASES - 1)] += 1);
+    coordinates.iter().for_each(|(c, _)| counts[interval(*c)] += 1);
     // The lattice may be at the border of two intervals.
     let pair = |k: usize| counts[k] + counts[(k + 1) % PHASES];
     let first = (0..PHASES).max_by_key(|k| pair(*k)).unwrap_or(0);
-    let is_on = |c: f64| {
-        let k = (phase(c) * PHASES as f64) as usize;
-        k == first || k == (first + 1) % PHASES
-    };
+    let is_on = |c: f64| [first, (first + 1) % PHASES].contains(&interval(c));
     let share = |of: &[f64]| of.iter().filter(|c| is_on(**c)).count() as f64 / of.len() as f64;
     let [all, across] = [0.0, ACROSS]
         .map(|least| coordinates.iter().filter(|(_, n)| *n >= least).map(|(c, _)| *c).collect::<Vec<f64>>());

@@ -1,6 +1,6 @@
 //! Points that are off together, as those of a dent or a bump are: no stray ones, which stand among others.
 
-use super::filter::Point;
+use super::filter::{Point, SAME_SIDE};
 use glam::DVec3;
 use std::collections::HashMap;
 use std::f64::consts::PI;
@@ -13,8 +13,6 @@ const TOGETHER: f64 = 0.4;
 /// disc are half as far off. Texels along an edge whose rays met another surface, in a row one distance wide, are 32 %;
 /// of a dent with a radius of 2.1 distances it is so in the middle, and of a wide hole at its steep rim.
 const AS_FAR: f64 = 0.5;
-/// Points whose normals are farther apart than this cosine are on other sides of a wall.
-const SAME_SIDE: f64 = 0.3;
 
 /// The points about others.
 pub(super) struct Around<'p> {

@@ -26,7 +26,7 @@ const NEAREST: f64 = 0.25;
 /// borders of holes, where the quadric hangs on cells of one side.
 const NOISIER: f64 = 3.2;
 /// Cells whose normals are farther apart than this cosine are on other sides of a wall.
-const SAME_SIDE: f64 = 0.3;
+pub(super) const SAME_SIDE: f64 = 0.3;
 
 /// A place of a surface with its unit normal.
 #[derive(Clone, Copy, Debug)]

@@ -247,8 +247,8 @@ fn measured(deviations: &Deviations, i: usize) -> Point {
 }
 
 fn form(shape: &Recognised, points: &[Point], noise: ScanNoise, cutoff: f64, precision: f64) -> Option<FormDeviation> {
-    let area: f64 = points.iter().map(|point| point.area).sum();
-    let spacing = 1.0 / noise.density.min(points.len() as f64 / area).sqrt();
+    let area = points.iter().map(|point| point.area).sum();
+    let spacing = 1.0 / noise.density_among(points.len(), area).sqrt();
     let smooth = Smooth::new(points, cutoff, (precision, spacing));
     let simulation = Simulation::new(&smooth.cells, points.len(), noise);
     let grid = shape.axis.and_then(|axis| Grid::new(&smooth.cells, axis, cutoff));

@@ -25,6 +25,14 @@ pub(in crate::variance) struct ScanNoise {
     pub(in crate::variance) density: f64,
 }
 
+impl ScanNoise {
+    /// Points per square millimetre among so many texels: where there are fewer of these than points of the scan, they
+    /// are what is averaged.
+    pub(super) fn density_among(self, texels: usize, area: f64) -> f64 {
+        self.density.min(texels as f64 / area)
+    }
+}
+
 /// A width without what noise adds to it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct WithoutNoise {
@@ -54,9 +62,7 @@ pub(super) struct Spread {
 impl Simulation {
     /// Noise of cells that hold so many points (texels).
     pub(super) fn new(cells: &Cells, points: usize, noise: ScanNoise) -> Self {
-        // Where there are fewer texels than points of the scan, these are what is averaged.
-        let area: f64 = cells.areas.iter().sum();
-        let density = noise.density.min(points as f64 / area);
+        let density = noise.density_among(points, cells.areas.iter().sum());
         let (of_cell, areas) = about_points(cells, density);
         let sds: Vec<f64> = areas.iter().map(|area| noise.sd / (density * area).max(1.0).sqrt()).collect();
         let rounds = (VALUES / cells.areas.len().max(1)).clamp(FEWEST_ROUNDS, ROUNDS);
