@@ -98,11 +98,11 @@ fn lengths_and_areas_of_curves_with_corners() {
         ("rectangle(40mm, 20mm)", 800.0, 1e-12),
         ("rectangle(40mm, 0.1mm)", 4.0, 1e-12),
         ("reversed(rectangle(40mm, 20mm))", -800.0, 1e-12),
-        ("rectangle(40mm, 20mm, radius: 5mm)", rounded, 1e-5),
+        ("rectangle(40mm, 20mm, radius: 5mm)", rounded, 1e-8),
         (
             "rounded_polyline([(0mm, 0mm), (9mm, 0mm), (9mm, 9mm), (0mm, 9mm)], radii: [1mm, 2mm, 0mm, 3mm], closed: true)",
             81.0 - (1.0 - PI / 4.0) * 14.0,
-            1e-5,
+            1e-8,
         ),
         (triangle, 6.0, 1e-12),
         (stairs, 20.0 + 3.0 + 63.0, 1e-12),
@@ -116,6 +116,13 @@ fn lengths_and_areas_of_curves_with_corners() {
         (triangle, 12.0, 1e-12),
         (stairs, 52.0, 1e-12),
         ("regular_polygon(7, 10mm)", 140.0 * (PI / 7.0).sin(), 1e-12),
+        ("join([line((0mm, 0mm), (30mm, 0mm)), arc((30mm, 4mm), 4mm, -90deg, 0deg)])", 30.0 + 2.0 * PI, 1e-9),
+        // The arc is hardly faster than the line, and turns in its part of the curve.
+        (
+            "join([line((0mm, 0mm), (6mm, 0mm)), arc((6mm, 4mm), 4mm, -90deg, 0deg), line((10mm, 4mm), (10mm, 90mm))])",
+            92.0 + 2.0 * PI,
+            1e-9,
+        ),
         ("ellipse(2mm, 1mm)", 9.688448220547675, 1e-12),
         ("ellipse(10mm, 1mm)", 40.63974180100896, 1e-9),
     ];

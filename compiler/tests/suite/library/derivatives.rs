@@ -17,7 +17,7 @@ const SURFACES: &str = "
 ";
 
 /// Their parts: name and expression.
-const PARTS: [(&str, &str); 60] = [
+const PARTS: [(&str, &str); 61] = [
     ("plane", "plane(a, b)"),
     ("disc", "disc(a)"),
     ("annulus", "annulus(b, a)"),
@@ -73,6 +73,7 @@ const PARTS: [(&str, &str); 60] = [
         "measured",
         "plane(enclosed_area(rectangle(a, b + 0.3 * a)) / 10mm, arc_length(polyline(profile, closed: true), 0.1, 0.9))",
     ),
+    ("measured_pieces", "plane(arc_length(join([line((a, 0mm), (2 * a, 0mm)), arc((2 * a, b), b, -90deg, w)])), b)"),
     ("fillets", "revolve(rounded_polyline(profile, b / 8))"),
     ("fillets_of_their_own", "revolve(rounded_polyline(profile, radii: [0mm, b / 8, b / 20, 0.3 * b / n, b]))"),
     ("onward", "revolve(arc_on(line((a, 0mm), (2 * a, b)), b, w))"),

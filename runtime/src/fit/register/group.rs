@@ -68,8 +68,16 @@ pub(crate) struct GroupLosses {
 impl GroupLosses {
     /// The points near the model whose nearest patch is one of the group's: those for which it makes a difference.
     pub(crate) fn own_points(&self) -> impl Iterator<Item = usize> + Clone {
-        let makes_a_difference = |i: &usize| self.with[*i] < 0.5 && self.with[*i] != self.without[*i];
-        (0..self.with.len()).filter(makes_a_difference)
+        (0..self.with.len()).filter(|i| self.is_own(*i))
+    }
+
+    /// These, and those near no patch: they may be of one of the group's that is in a wrong place.
+    pub(crate) fn own_or_unexplained_points(&self) -> impl Iterator<Item = usize> + Clone {
+        (0..self.with.len()).filter(|i| self.is_own(*i) || self.with[*i] >= 0.5)
+    }
+
+    fn is_own(&self, i: usize) -> bool {
+        self.with[i] < 0.5 && self.with[i] != self.without[i]
     }
 }
 

@@ -2,6 +2,9 @@
 
 /// Points of a group by which its rivals are looked for, and the least number.
 pub(crate) const RIVAL_POINTS: usize = 150;
+/// The same of a group with a patch that the scan does not show: of 150 points on an angle bracket's leg none or one is
+/// where its hole is.
+pub(crate) const RIVAL_POINTS_OF_UNSEEN: usize = 600;
 pub(crate) const RIVAL_LEAST_POINTS: usize = 20;
 /// Values of each parameter of a group, all over its bounds, and the coarse scale (radii) at which the others follow.
 pub(crate) const RIVAL_VALUES: u32 = 6;
@@ -39,8 +42,9 @@ pub(crate) const RIVALS_ADOPTED: u32 = 3;
 /// points.
 pub(crate) const TURN_STEPS: u32 = 24;
 pub(crate) const TURN_POINTS: usize = 250;
-/// The number of the best turns that are refined, and the number of points over which they are.
-pub(crate) const TURNS_REFINED: usize = 6;
+/// The number of the best turns that are refined, of which a nut has eleven that are nearly alike, and the number of
+/// points over which they are.
+pub(crate) const TURNS_REFINED: usize = 12;
 pub(crate) const TURN_REFINED_POINTS: usize = 900;
 /// Cosine of the angle between two axes that are one: 8 degrees.
 pub(crate) const TURN_SAME_AXIS: f64 = 0.99;

@@ -6,6 +6,7 @@ use super::datum::Datum;
 use super::filter::Place;
 use crate::bvh::Bvh;
 use crate::mesh::TriangleMesh;
+use crate::model::Tessellation;
 use crate::variance::Deviations;
 use crate::variance::cloud::Cloud;
 use crate::variance::scanned::Scanned;
@@ -34,20 +35,24 @@ pub(in crate::variance) struct Members<'d> {
     of_parts: Vec<Vec<Member>>,
     /// By part, its texels.
     texels: Vec<Vec<usize>>,
+    /// By part, the corners of its triangles.
+    corners: Vec<Vec<DVec3>>,
 }
 
 impl<'d> Members<'d> {
-    /// `shapes` are the forms of the parts.
+    /// `shapes` are the forms of the parts, and `surface` is the model's.
     pub(in crate::variance) fn new(
         deviations: &'d Deviations,
         shapes: &'d [Option<Recognised>],
+        surface: &Tessellation,
         scanned: Scanned<'_>,
     ) -> Self {
         let of_parts = match scanned {
             Scanned::Triangles { mesh, bvh } => of_parts(deviations, shapes.len(), mesh, bvh),
             Scanned::Points { mesh, cloud } => of_cloud(cloud, shapes.len(), mesh),
         };
-        Self { deviations, shapes, of_parts, texels: deviations.texels.samples_of_parts(usize::MAX) }
+        let texels = deviations.texels.samples_of_parts(usize::MAX);
+        Self { deviations, shapes, of_parts, texels, corners: corners(surface, shapes.len()) }
     }
 
     /// The names of the parts.
@@ -80,11 +85,31 @@ impl<'d> Members<'d> {
         self.texels[part].iter().map(|i| DVec3::from(self.deviations.texels.position[*i]))
     }
 
-    /// Some of these, from which the surface is found.
+    /// Points between which all of a part's surface in the model lies: texels' middles end half a texel before it.
+    pub(super) fn reach(&self, part: usize) -> impl Iterator<Item = DVec3> {
+        self.surface(part).chain(self.corners[part].iter().copied())
+    }
+
+    /// Some of the middles, from which the surface is found.
     pub(super) fn exact(&self, part: usize) -> Vec<DVec3> {
         let step = self.texels[part].len().div_ceil(EXACT_SAMPLES).max(1);
         self.surface(part).step_by(step).collect()
     }
+}
+
+/// The corners of a surface's triangles by part.
+fn corners(surface: &Tessellation, parts: usize) -> Vec<Vec<DVec3>> {
+    let mut corners = vec![Vec::new(); parts];
+    let mut is_new = vec![true; surface.origins.len()];
+    for vertex in surface.mesh.triangles.as_flattened() {
+        let vertex = *vertex as usize;
+        let Some(origin) = surface.origins.get(vertex).filter(|_| is_new[vertex]) else { continue };
+        is_new[vertex] = false;
+        if let Some(of_part) = corners.get_mut(origin.patch as usize) {
+            of_part.push(DVec3::from(surface.mesh.positions[vertex]));
+        }
+    }
+    corners
 }
 
 /// The points of a cloud by part, whose feet are on it.

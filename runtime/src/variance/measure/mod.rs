@@ -173,7 +173,7 @@ pub fn measure(
     let forms = form_deviations(&deviations, &shapes, noise, options.form_cutoff);
     report.parts.iter_mut().zip(forms).for_each(|(part, form)| part.form = form);
     report.peaks = peaks(&deviations, &tessellation, &report);
-    let members = || Members::new(&deviations, &shapes, scanned);
+    let members = || Members::new(&deviations, &shapes, &tessellation, scanned);
     add_members(&mut report, reference, members, options.datum.as_deref());
     if let Some(maps) = &maps {
         let range = |map| SensitivityRange::new(map, &maps.texels, &deviations.texels);

@@ -174,8 +174,9 @@ impl Grounds<'_> {
     }
 
     fn of_part(&self, part: usize, texels: Vec<u32>, tolerance: Tolerance, statistics: &Statistics) -> Assessed {
-        let area = self.footprint_area(&texels);
-        let mut assessed = self.by_footprints(part, texels, tolerance, area);
+        let wanted = self.footprint_area(&texels);
+        let area = wanted.max(self.least_area(&texels));
+        let mut assessed = self.by_footprints(part, texels.clone(), tolerance, area);
         let points = assessed.verdict.points;
         let is_chosen = self.options.footprint.is_some();
         let outcome = assessed.verdict.outcome;
@@ -196,6 +197,12 @@ impl Grounds<'_> {
         }
         if assessed.verdict.outcome == Outcome::Conforms {
             self.unseen(statistics, area).into_iter().for_each(|reason| assessed.verdict.doubt(reason));
+            if area > wanted && self.by_footprints(part, texels, tolerance, wanted).verdict.outcome != Outcome::Conforms
+            {
+                assessed.verdict.doubt(format!(
+                    "it is within the tolerance by footprints of {TEXELS} texels, {area:.2} mm2, and not by those of {wanted:.2} mm2: --resolution or --texel makes texels smaller"
+                ));
+            }
         }
         assessed
     }
@@ -259,7 +266,17 @@ impl Grounds<'_> {
         }
         let area: f64 = texels.iter().map(|i| f64::from(self.deviations.texels.area[*i as usize])).sum();
         let of_points = POINTS / self.density(texels, SAMPLES * SAMPLES);
-        of_points.clamp(SHARE * area, LARGEST_SHARE * area).max(TEXELS * area / texels.len().max(1) as f64)
+        of_points.clamp(SHARE * area, LARGEST_SHARE * area)
+    }
+
+    /// The area of the smallest footprints of a part that have enough texels. Square millimetres; zero if the user has
+    /// chosen theirs.
+    fn least_area(&self, texels: &[u32]) -> f64 {
+        if self.options.footprint.is_some() {
+            return 0.0;
+        }
+        let area: f64 = texels.iter().map(|i| f64::from(self.deviations.texels.area[*i as usize])).sum();
+        TEXELS * area / texels.len().max(1) as f64
     }
 
     /// Points of the scan per square millimetre, from the median area that one stands for at a sample of texels.

@@ -12,8 +12,9 @@ use crate::fit::problem::points::Points;
 use crate::fit::refine::schedule::Solution;
 use crate::fit::register::group::{Group, GroupLosses};
 use crate::fit::tuning::{
-    MODEL_SIZE, PART_CHORD, RIVAL_COARSE, RIVAL_DEVIATIONS, RIVAL_DOUBLINGS, RIVAL_EVIDENCE, RIVAL_FEW_OTHERS,
-    RIVAL_FEW_OWN, RIVAL_ITERATIONS, RIVAL_LEAST_POINTS, RIVAL_POINTS, RIVAL_STEP, RIVAL_VALUES, RIVALS_JOINTLY,
+    HARDLY_ANY_POINTS, MODEL_SIZE, PART_CHORD, RIVAL_COARSE, RIVAL_DEVIATIONS, RIVAL_DOUBLINGS, RIVAL_EVIDENCE,
+    RIVAL_FEW_OTHERS, RIVAL_FEW_OWN, RIVAL_ITERATIONS, RIVAL_LEAST_POINTS, RIVAL_POINTS, RIVAL_POINTS_OF_UNSEEN,
+    RIVAL_STEP, RIVAL_VALUES, RIVALS_JOINTLY,
 };
 use rayon::prelude::*;
 
@@ -46,16 +47,24 @@ impl<'s> Alone<'s> {
         let Base { solution, uncertainty, sample, .. } = base;
         let problem = solution.level.problem;
         let losses = group.losses(&solution.objective(sample), &base.estimate)?;
-        let own = sample.pick(losses.own_points());
-        if own.len() < RIVAL_LEAST_POINTS {
+        if losses.own_points().count() < RIVAL_LEAST_POINTS {
             return None;
         }
+        // A hole that is none of the scan's is in a place where few points are, and so is that to which it belongs. The
+        // points of its wall are near no other.
+        let sums = group.patches.iter().zip(&solution.evaluation.patches);
+        let is_unseen = sums.filter(|(shaped, _)| **shaped).any(|(_, sum)| sum.points < HARDLY_ANY_POINTS);
+        let (own, most) = if is_unseen {
+            (sample.pick(losses.own_or_unexplained_points()), RIVAL_POINTS_OF_UNSEEN)
+        } else {
+            (sample.pick(losses.own_points()), RIVAL_POINTS)
+        };
         let instance = problem.model.instantiate(&base.x).ok()?;
         let (tolerance, size) = (PART_CHORD * problem.radius, MODEL_SIZE * problem.radius);
         let layout = Layout::of_patches(problem.model, &*instance, tolerance, size, |patch| group.patches[patch]);
         let share = own.weight() / sample.weight();
         let per_loss = uncertainty.effective_points * share / base.mean.max(f64::MIN_POSITIVE);
-        let points = own.every(RIVAL_POINTS);
+        let points = own.every(most);
         let few = few_for(sample, &losses);
         let alone = Self { base, group, layout, points, few, per_loss, x: base.x.clone(), loss: 0.0 };
         let Shape { x, evidence } = alone.best(&base.x, None, false)?;
@@ -108,11 +117,14 @@ impl<'s> Alone<'s> {
             shapes.extend(self.along_valley(k, side));
             shapes
         });
-        let shapes: Vec<Shape> = walked.filter(|shape| shape.evidence < RIVALS_JOINTLY).collect();
+        let mut shapes: Vec<Shape> = walked.filter(|shape| shape.evidence < RIVALS_JOINTLY).collect();
+        shapes.sort_by(|a, b| a.evidence.total_cmp(&b.evidence));
         let mut distinct: Vec<Shape> = Vec::new();
         for shape in shapes {
             let apart = |other: &[f64]| self.base.apart(self.group, other, &shape.x) > RIVAL_DEVIATIONS;
-            if apart(&self.x) && distinct.iter().all(|other| apart(&other.x)) {
+            // Of what the scan does not determine here it may tell much in another place.
+            let is_another = apart(&self.x) || shape.evidence < -RIVAL_EVIDENCE;
+            if is_another && distinct.iter().all(|other| apart(&other.x)) {
                 distinct.push(shape);
             }
         }

@@ -10,7 +10,8 @@ use crate::fit::problem::points::Points;
 use crate::fit::refine::schedule::Solution;
 use crate::fit::register::group::Group;
 use crate::fit::tuning::{
-    RIVAL_CLEARLY_WORSE, RIVAL_DEVIATIONS, RIVAL_EVIDENCE, RIVAL_ITERATIONS, RIVAL_SAME, RIVAL_STEP, RIVAL_WORSE,
+    RIVAL_BETTER, RIVAL_CLEARLY_WORSE, RIVAL_DEVIATIONS, RIVAL_EVIDENCE, RIVAL_ITERATIONS, RIVAL_SAME, RIVAL_STEP,
+    RIVAL_WORSE,
 };
 
 /// The optimum over a sample of the points, next to the solution: other shapes are optima over the same points.
@@ -52,7 +53,9 @@ impl<'s> Base<'s> {
     pub(super) fn rival(&self, level: &Level, of: RivalOf, from: Estimate) -> Option<Rival> {
         let Shape { estimate: there, step, evidence, certainty } = self.shape(level, from, |_| false)?;
         let worse = evidence > RIVAL_EVIDENCE && certainty > RIVAL_WORSE;
-        let distinct = largest(self.uncertainty, &of.members, &step) > RIVAL_DEVIATIONS;
+        // Two that differ in what the scan does not determine alone are one, unless it prefers the other.
+        let better = evidence < -RIVAL_EVIDENCE && certainty < -RIVAL_BETTER;
+        let distinct = better || largest(self.uncertainty, &of.members, &step) > RIVAL_DEVIATIONS;
         let space = &self.level().space;
         let mut padded = step.clone();
         padded.resize(space.dim(), 0.0);
@@ -62,7 +65,8 @@ impl<'s> Base<'s> {
         if !distinct || worse {
             return None;
         }
-        if let Some(estimate) = self.relabelled(level, &there) {
+        // The solution's open values in the rival would make it the solution, and may be what is better in it.
+        if let Some(estimate) = self.relabelled(level, &there).filter(|_| !better) {
             let nearer = self.distance_to_start(&estimate) < self.distance_to_start(&self.estimate);
             return nearer.then_some(Rival {
                 estimate,
@@ -84,16 +88,19 @@ impl<'s> Base<'s> {
             let step = self.level().space.step(&self.estimate, at);
             largest(self.uncertainty, members, &step) <= RIVAL_SAME
         };
+        // What begins next to the base by what is determined there must be better in the end.
+        let begins_same = is_same(&from);
         // The loss from which on a shape is worse, and the losses on the way.
         let worse = self.mean * (RIVAL_EVIDENCE / self.uncertainty.effective_points).exp();
         let mut way = Vec::new();
         let is_decided = |at: &Minimum| {
             way.push(at.evaluation.value);
-            is_same(&at.estimate) || is_hopeless(&way, worse)
+            !begins_same && is_same(&at.estimate) || is_hopeless(&way, worse)
         };
         let Shape { estimate, evidence, certainty, .. } = self.shape(level, from, is_decided)?;
         let worse = evidence > RIVAL_EVIDENCE && certainty > RIVAL_CLEARLY_WORSE;
-        (!worse && !is_same(&estimate)).then_some(estimate)
+        let remains = if begins_same { evidence < -RIVAL_EVIDENCE } else { !worse && !is_same(&estimate) };
+        remains.then_some(estimate)
     }
 
     /// The optimum next to an estimate, or where the way to it `is_decided`, compared with the base.

@@ -21,6 +21,7 @@ use crate::fit::tuning::{
 use glam::{DMat3, DQuat, DVec3};
 use nalgebra::Matrix3;
 use rayon::prelude::*;
+use std::cmp::Ordering;
 use std::f64::consts::TAU;
 
 /// An axis through a point, in the model's frame.
@@ -54,7 +55,8 @@ pub(super) fn rivals(base: &Base) -> Vec<Rival> {
     let mut turned: Vec<Turned> = turns.axes().iter().flat_map(|axis| turns.least_losses(axis)).collect();
     let rotations = frames::rotations(&turns.normals);
     turned.extend(turns.between_planes(&rotations));
-    turned.sort_by(|a, b| a.loss.total_cmp(&b.loss));
+    turned.sort_by(by_loss);
+    let mut turned = distinct(turned);
     turned.truncate(TURNS_REFINED);
     let own_loss = Objective { cancellable: true, ..base.solution.objective(few.sample) };
     turned.extend(turns.renamed(&rotations, &own_loss));
@@ -70,6 +72,24 @@ pub(super) fn rivals(base: &Base) -> Vec<Rival> {
         base.rival(&own, of, near)
     };
     turned.into_par_iter().filter_map(refined).collect()
+}
+
+fn by_loss(a: &Turned, b: &Turned) -> Ordering {
+    a.loss.total_cmp(&b.loss)
+}
+
+/// The first of those that are nearly the same pose of the same shape: turns about an axis are among those that take
+/// planes to planes, too.
+fn distinct(all: Vec<Turned>) -> Vec<Turned> {
+    let apart = 0.5 * TAU / f64::from(TURN_STEPS);
+    let is_same = |a: &Estimate, b: &Estimate| a.z == b.z && a.motion.rotation.angle_between(b.motion.rotation) < apart;
+    let mut found: Vec<Turned> = Vec::new();
+    for turned in all {
+        if !found.iter().any(|other| is_same(&other.estimate, &turned.estimate)) {
+            found.push(turned);
+        }
+    }
+    found
 }
 
 /// The turns of the model about the middle of what is scanned.
@@ -139,16 +159,18 @@ impl<'a> Turns<'a> {
             .collect()
     }
 
-    /// The rotations that take planes of the model to planes of it, each with the parameters as they are or with two of
-    /// them exchanged, whichever is better.
+    /// The rotations that take planes of the model to planes of it, each with the parameters as they are, and with
+    /// those two exchanged that are best.
     fn between_planes(&self, rotations: &[DQuat]) -> Vec<Turned> {
         let exchanged = if rotations.is_empty() { Vec::new() } else { self.exchanged(&self.named()) };
-        let best = |(k, rotation): (usize, &DQuat)| {
-            let turned = (k > 0).then(|| self.turned(*rotation, self.about));
-            let others = exchanged.iter().map(|shape| self.placed(shape, *rotation));
-            turned.into_iter().chain(others).min_by(|a, b| a.loss.total_cmp(&b.loss))
+        let ways = |(k, rotation): (usize, &DQuat)| {
+            // The mean of few points is beside the middle of a thread, and the model's middle beside that of a half.
+            let turned = [self.about, self.middle].map(|about| self.turned(*rotation, about));
+            let turned = turned.into_iter().filter(|_| k > 0).min_by(by_loss);
+            let exchanged = exchanged.iter().map(|shape| self.placed(shape, *rotation)).min_by(by_loss);
+            [turned, exchanged].into_iter().flatten().collect::<Vec<Turned>>()
         };
-        let all = rotations.par_iter().enumerate().filter_map(best);
+        let all = rotations.par_iter().enumerate().flat_map_iter(ways);
         all.filter(|t| t.loss.is_finite()).collect()
     }
 

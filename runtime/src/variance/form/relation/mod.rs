@@ -83,7 +83,7 @@ pub(in crate::variance) fn relations(members: &Members<'_>, name: &str) -> Optio
     for part in (0..names.len()).filter(|part| *part != number && members.shape(*part).is_some()) {
         match surface(members, part) {
             Some(surface) => {
-                let points: Vec<DVec3> = members.surface(part).collect();
+                let points: Vec<DVec3> = members.reach(part).collect();
                 relations.extend(of_part((part, &names[part]), &datum, &surface, &points));
             }
             None => unmeasured.push(names[part].clone()),
@@ -106,7 +106,15 @@ fn surface(members: &Members<'_>, part: usize) -> Option<Associated> {
 /// The characteristics of a part, of a number and a name, whose surface in the model has these points.
 fn of_part((number, name): (usize, &str), datum: &Associated, part: &Associated, points: &[DVec3]) -> Vec<Relation> {
     let extent = |of: &Datum| Extent::of(of, points.iter().copied());
-    let (here, there) = (extent(&part.measured), extent(&part.model));
+    let there = extent(&part.model);
+    let here = match there {
+        // The rim of a leaning cylinder reaches farther along its axis than the axis does.
+        Extent::Axis(ends) => {
+            let at = |end: f64| part.model.origin + end * part.model.axis;
+            Extent::of(&part.measured, ends.map(at).into_iter())
+        }
+        _ => extent(&part.measured),
+    };
     let noise = Noise::new([datum, part], number as u64);
     let relation = |characteristic: Characteristic| {
         let vectors = characteristic.vectors(&datum.measured, &part.measured, &here);
