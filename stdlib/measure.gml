@@ -125,8 +125,8 @@ fn _cut(curve, from, to) {
 /// How often a part is halved to find a jump or a bend: to 1/1024 of it, where both sides are straight to 1e-9 of the
 /// curve's length.
 let _halvings = 10
-/// How uneven the velocity of 1/1024 of a part is, in that of the part, squared: 1/2^10 at a bend, 1 at a jump, and
-/// 1/2^20 where it changes smoothly; this is between them.
+/// How uneven the velocity of 1/1024 of a part is, compared with the whole part: 1 at a jump, 2^-10 at a bend, and
+/// 2^-20 where it changes smoothly. The square of what is between the last two.
 let _sharp = 1 / 2 ^ 30
 
 /// Where the tangents at both ends p and q of a part of a curve come closest, as a value of its parameter: the corner
