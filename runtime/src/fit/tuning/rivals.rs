@@ -42,9 +42,8 @@ pub(crate) const RIVALS_ADOPTED: u32 = 3;
 /// points.
 pub(crate) const TURN_STEPS: u32 = 24;
 pub(crate) const TURN_POINTS: usize = 250;
-/// The number of the best turns that are refined, of which a nut has eleven that are nearly alike, and the number of
-/// points over which they are.
-pub(crate) const TURNS_REFINED: usize = 12;
+/// The number of the best turns that are refined, and the number of points over which they are.
+pub(crate) const TURNS_REFINED: usize = 8;
 pub(crate) const TURN_REFINED_POINTS: usize = 900;
 /// Cosine of the angle between two axes that are one: 8 degrees.
 pub(crate) const TURN_SAME_AXIS: f64 = 0.99;

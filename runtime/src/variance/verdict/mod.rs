@@ -195,6 +195,9 @@ impl Grounds<'_> {
                 ));
             }
         }
+        if assessed.footprints.is_empty() && statistics.coverage > 0.0 {
+            assessed.verdict.reasons = vec!["what was measured of it are triangles across edges alone".to_owned()];
+        }
         if assessed.verdict.outcome == Outcome::Conforms {
             self.unseen(statistics, area).into_iter().for_each(|reason| assessed.verdict.doubt(reason));
             if area > wanted && self.by_footprints(part, texels, tolerance, wanted).verdict.outcome != Outcome::Conforms
