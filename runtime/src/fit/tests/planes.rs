@@ -6,7 +6,6 @@ use crate::fit::{FitOptions, fit};
 use crate::progress::Silent;
 use crate::simulate::Scanner;
 use glam::DVec3;
-use gml_compiler::program::Program;
 
 /// Options that begin at some values.
 fn begun_at(values: &[(&str, f64)]) -> FitOptions {
@@ -59,9 +58,10 @@ fn a_pose_that_fits_but_for_a_detail_is_left_for_the_one_that_fits() {
     }
 }
 
-/// An angle bracket with a hole in each leg.
-fn bracket() -> Program {
-    program(
+/// An angle bracket: turned over, each leg takes the other one's length, and only the holes tell them apart.
+#[test]
+fn an_angle_bracket_is_not_fitted_with_its_legs_exchanged() {
+    let bracket = program(
         "fn plate(w, h, x, y, r) = |u, v| {
           let a = u * 1turn
           let (c, s) = (cos(a), sin(a))
@@ -100,17 +100,8 @@ fn bracket() -> Program {
             right: |u, v| (t * v, w, t + (b - t) * u),
           }
         }",
-    )
-}
-
-/// The parameters of the scanned one.
-const BRACKET: [f64; 8] = [46.0, 62.0, 21.0, 5.0, 3.4, 2.6, 0.65, 0.6];
-
-/// An angle bracket: turned over, each leg takes the other one's length, and only the holes tell them apart.
-#[test]
-fn an_angle_bracket_is_not_fitted_with_its_legs_exchanged() {
-    let bracket = bracket();
-    let truth = BRACKET;
+    );
+    let truth = [46.0, 62.0, 21.0, 5.0, 3.4, 2.6, 0.65, 0.6];
     for seed in 5..8 {
         let scan = scanned(&bracket, &truth, &Scanner { random_pose: false, ..scanner(1.4, 0.4, seed) }, |_| true);
         let options = begun_at(&[("a", 62.0), ("b", 46.0), ("w", 21.0)]);
@@ -119,23 +110,6 @@ fn an_angle_bracket_is_not_fitted_with_its_legs_exchanged() {
             let sd = p.sd.unwrap_or_else(|| panic!("{seed}: {p:?}"));
             // Between the legs the difference is 16 mm: what holds both is no answer.
             assert!((p.value - truth).abs() < 4.0 * sd && sd < 1.0, "{seed}: {p:?} for {truth} {:?}", result.warnings);
-        }
-    }
-}
-
-/// The hole begins 9 mm from where it is, and smaller: none of its rim's points is near to any of the scan's hole, and
-/// the scan's hole is where nothing is missing. It is found by the points of its wall, which explain nothing else.
-#[test]
-fn a_hole_is_found_that_begins_elsewhere() {
-    let bracket = bracket();
-    for (seed, no_pose) in [(8, false), (8, true), (9, true)] {
-        let scan = scanned(&bracket, &BRACKET, &Scanner { random_pose: false, ..scanner(1.4, 0.4, seed) }, |_| true);
-        let near = [("a", 46.0), ("b", 62.0), ("w", 21.0), ("hole_a", 3.4), ("hole_b", 2.0), ("at_b", 0.75)];
-        let result = fit(&bracket, &scan, &FitOptions { no_pose, ..begun_at(&near) }, &Silent).unwrap();
-        for k in [5, 7] {
-            let p = &result.parameters[k];
-            let sd = p.sd.unwrap_or_else(|| panic!("{seed}: {p:?} {:?}", result.warnings));
-            assert!((p.value - BRACKET[k]).abs() < 4.0 * sd && sd < 0.3, "{seed}: {p:?} {:?}", result.warnings);
         }
     }
 }
