@@ -97,7 +97,7 @@ fn _cut(curve, from, to) {
   let near = loop(start, _halvings, |near, _| {
     let at = (near.from + near.to) / 2
     let aside = at - (from + to) / 2
-    let share = if aside < 0 { 4 } else { if aside > 0 { 1/4 } else { 1 } }
+    let share = if aside < 0 { 4 } else if aside > 0 { 1/4 } else { 1 }
     let left = {
       from: near.from,
       to: at,
@@ -116,13 +116,10 @@ fn _cut(curve, from, to) {
     if dot(before, before) > share * dot(after, after) { left } else { right }
   })
   let (all, rest) = (uneven(start), uneven(near))
-  if dot(rest, rest) > _sharp * dot(all, all) {
-    let at = _bend(near.from, near.to, curve(near.from), curve(near.to), near.first, near.last)
-    {at: at, before: near.from, after: near.to}
-  } else {
-    let at = _bend(from, to, curve(from), curve(to), start.first, start.last)
-    {at: at, before: at, after: at}
-  }
+  let is_sharp = dot(rest, rest) > _sharp * dot(all, all)
+  let about = if is_sharp { near } else { start }
+  let at = _bend(about.from, about.to, curve(about.from), curve(about.to), about.first, about.last)
+  if is_sharp { {at: at, before: near.from, after: near.to} } else { {at: at, before: at, after: at} }
 }
 
 /// How often a part is halved to find a jump or a bend: to 1/1024 of it, where both sides are straight to 1e-9 of the

@@ -14,8 +14,8 @@ use crate::fit::refine::witness::{self, Witness};
 use crate::fit::register::area::area;
 use crate::fit::result::WithoutSd;
 use crate::fit::tuning::{
-    DETERMINED, HARDLY_ANY_POINTS, LEAST_AREA_GAIN, LEAST_FIRST_STEP, LEAST_LAST_STEP, LEAST_MIXTURES, LEAST_POINTS,
-    LEAST_PROTEST, LEAST_ROUNDS, RIVAL_CONTRADICTED,
+    DETERMINED, LEAST_AREA_GAIN, LEAST_FIRST_STEP, LEAST_LAST_STEP, LEAST_MIXTURES, LEAST_POINTS, LEAST_PROTEST,
+    LEAST_ROUNDS, RIVAL_CONTRADICTED,
 };
 use crate::sampling::halton;
 use nalgebra::DVector;
@@ -78,7 +78,7 @@ fn open_directions(
         let Some(i) = space.free.get(k) else { return true };
         space.followers(*i).any(|i| {
             (0..parts.len()).any(|patch| {
-                let seen = patches[patch].points >= HARDLY_ANY_POINTS || stands_in_empty_space(patch);
+                let seen = !patches[patch].is_hidden() || stands_in_empty_space(patch);
                 seen && parts[patch].active.contains(&(i as u32))
             })
         })

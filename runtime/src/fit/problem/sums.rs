@@ -5,7 +5,7 @@ use super::objective::{Correspondence, Evaluation, Matched, Objective, Order};
 use super::parameterization::{Estimate, Parameterization};
 use super::rows::Rows;
 use crate::fit::correspond::foot::Foot;
-use crate::fit::tuning::LEAST_CURVATURE;
+use crate::fit::tuning::{HARDLY_ANY_POINTS, LEAST_CURVATURE};
 use crate::model::Instance;
 use glam::DVec3;
 use nalgebra::{DMatrix, DVector};
@@ -28,6 +28,13 @@ pub(crate) struct PatchSum {
     pub(crate) facing: f64,
     /// Of the points whose normals are along dS/du x dS/dv, and of those whose normals are against it.
     pub(crate) faces: [FaceSum; 2],
+}
+
+impl PatchSum {
+    /// Whether the scan shows nothing of the patch: hardly any points lie close to it.
+    pub(crate) fn is_hidden(&self) -> bool {
+        self.points < HARDLY_ANY_POINTS
+    }
 }
 
 /// Sums over the points that show one face of a patch.

@@ -8,7 +8,7 @@ use crate::fit::problem::points::Points;
 use crate::fit::problem::separation::Separation;
 use crate::fit::problem::walls::{Walls, described, seem_to_pass};
 use crate::fit::result::PassedPart;
-use crate::fit::tuning::{APART_START, HARDLY_ANY_POINTS, SCALE_FASTEST};
+use crate::fit::tuning::{APART_START, SCALE_FASTEST};
 use std::sync::Arc;
 
 /// Goes on from an optimum at which walls pass through each other to the best place where they do not; any other
@@ -69,7 +69,7 @@ pub(crate) fn passed(solution: &Solution) -> Option<(Walls, Vec<PassedPart>)> {
 fn all_shown(solution: &Solution, passed: &[PassedPart]) -> bool {
     let is_shown = |name: &String| {
         let patch = solution.level.problem.model.parts().iter().position(|part| part.name == *name);
-        patch.is_some_and(|patch| solution.evaluation.patches[patch].points >= HARDLY_ANY_POINTS)
+        patch.is_some_and(|patch| !solution.evaluation.patches[patch].is_hidden())
     };
     passed.iter().all(|part| is_shown(&part.part) && part.through.iter().all(is_shown))
 }

@@ -20,7 +20,7 @@ use crate::fit::result::{
     Alternative, ContradictedPart, Covariance, FitResult, FittedParameter, PassedPart, UnexplainedPiece, WithoutSd,
 };
 use crate::fit::room::shown_to;
-use crate::fit::tuning::{EXPLAINED, HARDLY_ANY_POINTS, INSEPARABLE, NAMED};
+use crate::fit::tuning::{EXPLAINED, INSEPARABLE, NAMED};
 use gml_compiler::program::Part;
 use nalgebra::DVector;
 
@@ -293,9 +293,7 @@ fn without_sd(solution: &Solution, uncertainty: Option<&Uncertainty>, i: usize) 
     let shapes = |part: &Part| part.active.contains(&(i as u32));
     let mut shaped = problem.model.parts().iter().zip(&solution.evaluation.patches).filter(|(part, _)| shapes(part));
     match reason {
-        None | Some(WithoutSd::NotDetermined) if shaped.all(|(_, sum)| sum.points < HARDLY_ANY_POINTS) => {
-            WithoutSd::NotScanned
-        }
+        None | Some(WithoutSd::NotDetermined) if shaped.all(|(_, sum)| sum.is_hidden()) => WithoutSd::NotScanned,
         reason => reason.unwrap_or(WithoutSd::NotDetermined),
     }
 }

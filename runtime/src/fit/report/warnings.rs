@@ -10,9 +10,7 @@ use crate::fit::refine::mixed::{self, Mixed};
 use crate::fit::refine::schedule::Solution;
 use crate::fit::result::FittedParameter;
 use crate::fit::room::{shown, shown_to};
-use crate::fit::tuning::{
-    BIASED, FOREIGN_RADIUS, HARDLY_ANY_POINTS, HARDLY_DETERMINED, LEAST_PATTERN, LOPSIDED_NAMED, SETTLED_ROUNDING,
-};
+use crate::fit::tuning::{BIASED, FOREIGN_RADIUS, HARDLY_DETERMINED, LEAST_PATTERN, LOPSIDED_NAMED, SETTLED_ROUNDING};
 use gml_compiler::program::Part;
 
 /// Warns where the residuals have a pattern that is not noise, or are noise with a tail on one side.
@@ -94,8 +92,8 @@ fn of_hidden_parts(problem: &Problem, parameters: &[FittedParameter], evaluation
         let area = instance.as_ref().and_then(|instance| patch_area(problem.model, &**instance, patch));
         problem.model.keep(patch).is_none() || area != Some(0.0)
     };
-    let hidden = (0..evaluation.patches.len())
-        .filter(|patch| evaluation.patches[*patch].points < HARDLY_ANY_POINTS && is_there(*patch));
+    let hidden =
+        (0..evaluation.patches.len()).filter(|patch| evaluation.patches[*patch].is_hidden() && is_there(*patch));
     let hidden: Vec<String> = hidden.map(|patch| format!("`{}`", problem.model.parts()[patch].name)).collect();
     if !hidden.is_empty() {
         let them = if hidden.len() > 1 { "them" } else { "it" };

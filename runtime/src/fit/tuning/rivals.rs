@@ -2,10 +2,10 @@
 
 /// Points of a group by which its rivals are looked for, and the least number.
 pub(crate) const RIVAL_POINTS: usize = 150;
-/// The same of a group with a patch that the scan does not show: of 150 points on an angle bracket's leg none or one is
+pub(crate) const RIVAL_LEAST_POINTS: usize = 20;
+/// Points of a group with a patch that the scan does not show: of 150 points on an angle bracket's leg none or one is
 /// where its hole is.
 pub(crate) const RIVAL_POINTS_OF_UNSEEN: usize = 600;
-pub(crate) const RIVAL_LEAST_POINTS: usize = 20;
 /// Values of each parameter of a group, all over its bounds, and the coarse scale (radii) at which the others follow.
 pub(crate) const RIVAL_VALUES: u32 = 6;
 pub(crate) const RIVAL_COARSE: f64 = 0.03;

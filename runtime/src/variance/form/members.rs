@@ -35,8 +35,7 @@ pub(in crate::variance) struct Members<'d> {
     of_parts: Vec<Vec<Member>>,
     /// By part, its texels.
     texels: Vec<Vec<usize>>,
-    /// By part, the corners of its triangles.
-    corners: Vec<Vec<DVec3>>,
+    surface: &'d Tessellation,
 }
 
 impl<'d> Members<'d> {
@@ -44,7 +43,7 @@ impl<'d> Members<'d> {
     pub(in crate::variance) fn new(
         deviations: &'d Deviations,
         shapes: &'d [Option<Recognised>],
-        surface: &Tessellation,
+        surface: &'d Tessellation,
         scanned: Scanned<'_>,
     ) -> Self {
         let of_parts = match scanned {
@@ -52,7 +51,7 @@ impl<'d> Members<'d> {
             Scanned::Points { mesh, cloud } => of_cloud(cloud, shapes.len(), mesh),
         };
         let texels = deviations.texels.samples_of_parts(usize::MAX);
-        Self { deviations, shapes, of_parts, texels, corners: corners(surface, shapes.len()) }
+        Self { deviations, shapes, of_parts, texels, surface }
     }
 
     /// The names of the parts.
@@ -85,9 +84,12 @@ impl<'d> Members<'d> {
         self.texels[part].iter().map(|i| DVec3::from(self.deviations.texels.position[*i]))
     }
 
-    /// Points between which all of a part's surface in the model lies: texels' middles end half a texel before it.
+    /// Points between which all of a part's surface in the model lies: the middles of its texels, which end half a
+    /// texel before it does, and the corners of its triangles.
     pub(super) fn reach(&self, part: usize) -> impl Iterator<Item = DVec3> {
-        self.surface(part).chain(self.corners[part].iter().copied())
+        let corners = self.surface.mesh.positions.iter().zip(&self.surface.origins);
+        let of_part = corners.filter(move |(_, origin)| origin.patch as usize == part);
+        self.surface(part).chain(of_part.map(|(position, _)| DVec3::from(*position)))
     }
 
     /// Some of the middles, from which the surface is found.
@@ -95,21 +97,6 @@ impl<'d> Members<'d> {
         let step = self.texels[part].len().div_ceil(EXACT_SAMPLES).max(1);
         self.surface(part).step_by(step).collect()
     }
-}
-
-/// The corners of a surface's triangles by part.
-fn corners(surface: &Tessellation, parts: usize) -> Vec<Vec<DVec3>> {
-    let mut corners = vec![Vec::new(); parts];
-    let mut is_new = vec![true; surface.origins.len()];
-    for vertex in surface.mesh.triangles.as_flattened() {
-        let vertex = *vertex as usize;
-        let Some(origin) = surface.origins.get(vertex).filter(|_| is_new[vertex]) else { continue };
-        is_new[vertex] = false;
-        if let Some(of_part) = corners.get_mut(origin.patch as usize) {
-            of_part.push(DVec3::from(surface.mesh.positions[vertex]));
-        }
-    }
-    corners
 }
 
 /// The points of a cloud by part, whose feet are on it.

@@ -174,19 +174,18 @@ impl Grounds<'_> {
     }
 
     fn of_part(&self, part: usize, texels: Vec<u32>, tolerance: Tolerance, statistics: &Statistics) -> Assessed {
-        let wanted = self.footprint_area(&texels);
-        let area = wanted.max(self.least_area(&texels));
-        let mut assessed = self.by_footprints(part, texels.clone(), tolerance, area);
+        let FootprintArea { wanted, area } = self.footprint_area(&texels);
+        let Some(mut assessed) = self.by_footprints(part, texels, tolerance, area) else {
+            return self.unmeasured(tolerance, statistics);
+        };
         let points = assessed.verdict.points;
         let is_chosen = self.options.footprint.is_some();
         let outcome = assessed.verdict.outcome;
         if !is_chosen && outcome != Outcome::Conforms && points < FEWEST_POINTS {
-            let mut texels: Vec<u32> = assessed.footprints.iter().flat_map(|f| &f.texels).copied().collect();
-            texels.sort_unstable();
             // By the density where it was decided: elsewhere the scan may be a hundred times denser.
             let wide = area * FEWEST_POINTS / points.max(FEWEST_POINTS / WIDEST);
-            let wider = self.by_footprints(part, texels, tolerance, wide);
-            if wider.verdict.outcome == Outcome::DoesNotConform {
+            let wider = self.by_footprints(part, assessed.texels(), tolerance, wide);
+            if let Some(wider) = wider.filter(|wider| wider.verdict.outcome == Outcome::DoesNotConform) {
                 return wider;
             }
             if outcome == Outcome::DoesNotConform {
@@ -195,13 +194,11 @@ impl Grounds<'_> {
                 ));
             }
         }
-        if assessed.footprints.is_empty() && statistics.coverage > 0.0 {
-            assessed.verdict.reasons = vec!["what was measured of it are triangles across edges alone".to_owned()];
-        }
         if assessed.verdict.outcome == Outcome::Conforms {
             self.unseen(statistics, area).into_iter().for_each(|reason| assessed.verdict.doubt(reason));
-            if area > wanted && self.by_footprints(part, texels, tolerance, wanted).verdict.outcome != Outcome::Conforms
-            {
+            let finer =
+                (area > wanted).then(|| self.by_footprints(part, assessed.texels(), tolerance, wanted)).flatten();
+            if finer.is_some_and(|finer| finer.verdict.outcome != Outcome::Conforms) {
                 assessed.verdict.doubt(format!(
                     "it is within the tolerance by footprints of {TEXELS} texels, {area:.2} mm2, and not by those of {wanted:.2} mm2: --resolution or --texel makes texels smaller"
                 ));
@@ -210,8 +207,8 @@ impl Grounds<'_> {
         assessed
     }
 
-    /// The verdict by footprints of about `area` square millimetres.
-    fn by_footprints(&self, part: usize, texels: Vec<u32>, tolerance: Tolerance, area: f64) -> Assessed {
+    /// The verdict by footprints of about `area` square millimetres. None where nothing was measured.
+    fn by_footprints(&self, part: usize, texels: Vec<u32>, tolerance: Tolerance, area: f64) -> Option<Assessed> {
         let footprints = footprints(self.deviations, texels, area);
         let points: Vec<f64> = footprints.par_iter().map(|f| f.area * self.density(&f.texels, SAMPLES)).collect();
         // Between points distances are interpolated, so that a median is as exact as the mean of the points.
@@ -225,9 +222,7 @@ impl Grounds<'_> {
         let precision = self.deviations.precision;
         let limits = Tolerance { lower: tolerance.lower - precision, upper: tolerance.upper + precision };
         let values: Vec<f64> = footprints.iter().map(|f| f.median).collect();
-        let Some(decided) = Decided::new(self.options.rule, limits, &values, &noise, &sd) else {
-            return Assessed { verdict: self.unmeasured(tolerance), tolerance, footprints, common };
-        };
+        let decided = Decided::new(self.options.rule, limits, &values, &noise, &sd)?;
         let Extreme { place: k, value, again } = decided.worst;
         let verdict = Verdict {
             outcome: decided.outcome,
@@ -246,7 +241,7 @@ impl Grounds<'_> {
             place: footprints[k].centre.to_array(),
             reasons: Vec::new(),
         };
-        Assessed { verdict, tolerance, footprints, common }
+        Some(Assessed { verdict, tolerance, footprints, common })
     }
 
     /// A warning of parts that footprints of the chosen size average as a whole.
@@ -262,24 +257,15 @@ impl Grounds<'_> {
         })
     }
 
-    /// The area of footprints of a part. Square millimetres.
-    fn footprint_area(&self, texels: &[u32]) -> f64 {
+    /// The area of footprints of a part.
+    fn footprint_area(&self, texels: &[u32]) -> FootprintArea {
         if let Some(edge) = self.options.footprint {
-            return edge * edge;
+            return FootprintArea { wanted: edge * edge, area: edge * edge };
         }
         let area: f64 = texels.iter().map(|i| f64::from(self.deviations.texels.area[*i as usize])).sum();
         let of_points = POINTS / self.density(texels, SAMPLES * SAMPLES);
-        of_points.clamp(SHARE * area, LARGEST_SHARE * area)
-    }
-
-    /// The area of the smallest footprints of a part that have enough texels. Square millimetres; zero if the user has
-    /// chosen theirs.
-    fn least_area(&self, texels: &[u32]) -> f64 {
-        if self.options.footprint.is_some() {
-            return 0.0;
-        }
-        let area: f64 = texels.iter().map(|i| f64::from(self.deviations.texels.area[*i as usize])).sum();
-        TEXELS * area / texels.len().max(1) as f64
+        let wanted = of_points.clamp(SHARE * area, LARGEST_SHARE * area);
+        FootprintArea { wanted, area: wanted.max(TEXELS * area / texels.len().max(1) as f64) }
     }
 
     /// Points of the scan per square millimetre, from the median area that one stands for at a sample of texels.
@@ -321,8 +307,13 @@ impl Grounds<'_> {
         reasons
     }
 
-    fn unmeasured(&self, tolerance: Tolerance) -> Verdict {
-        Verdict {
+    /// The verdict on a part without footprints.
+    fn unmeasured(&self, tolerance: Tolerance, statistics: &Statistics) -> Assessed {
+        let reason = match statistics.coverage > 0.0 {
+            true => "what was measured of it are triangles across edges alone",
+            false => "nothing of it was measured",
+        };
+        let verdict = Verdict {
             outcome: Outcome::Undecided,
             value: f64::NAN,
             again: f64::NAN,
@@ -337,9 +328,18 @@ impl Grounds<'_> {
             points: 0.0,
             footprints: 0,
             place: [0.0; 3],
-            reasons: vec!["nothing of it was measured".to_owned()],
-        }
+            reasons: vec![reason.to_owned()],
+        };
+        Assessed { verdict, tolerance, footprints: Vec::new(), common: Vec::new() }
     }
+}
+
+/// The area of a part's footprints. Square millimetres.
+struct FootprintArea {
+    /// As it should be.
+    wanted: f64,
+    /// As it is by a texture of which footprints have enough texels.
+    area: f64,
 }
 
 /// The verdict on a part, and what the map needs of it.
@@ -349,6 +349,15 @@ struct Assessed {
     footprints: Vec<Footprint>,
     /// By footprint, the standard uncertainty that all of its texels share. Millimetres.
     common: Vec<f64>,
+}
+
+impl Assessed {
+    /// The measured texels, in their order.
+    fn texels(&self) -> Vec<u32> {
+        let mut texels: Vec<u32> = self.footprints.iter().flat_map(|f| &f.texels).copied().collect();
+        texels.sort_unstable();
+        texels
+    }
 }
 
 impl Verdict {

@@ -12,9 +12,9 @@ use crate::fit::problem::points::Points;
 use crate::fit::refine::schedule::Solution;
 use crate::fit::register::group::{Group, GroupLosses};
 use crate::fit::tuning::{
-    HARDLY_ANY_POINTS, MODEL_SIZE, PART_CHORD, RIVAL_COARSE, RIVAL_DEVIATIONS, RIVAL_DOUBLINGS, RIVAL_EVIDENCE,
-    RIVAL_FEW_OTHERS, RIVAL_FEW_OWN, RIVAL_ITERATIONS, RIVAL_LEAST_POINTS, RIVAL_POINTS, RIVAL_POINTS_OF_UNSEEN,
-    RIVAL_STEP, RIVAL_VALUES, RIVALS_JOINTLY,
+    MODEL_SIZE, PART_CHORD, RIVAL_COARSE, RIVAL_DEVIATIONS, RIVAL_DOUBLINGS, RIVAL_EVIDENCE, RIVAL_FEW_OTHERS,
+    RIVAL_FEW_OWN, RIVAL_ITERATIONS, RIVAL_LEAST_POINTS, RIVAL_POINTS, RIVAL_POINTS_OF_UNSEEN, RIVAL_STEP,
+    RIVAL_VALUES, RIVALS_JOINTLY,
 };
 use rayon::prelude::*;
 
@@ -50,10 +50,9 @@ impl<'s> Alone<'s> {
         if losses.own_points().count() < RIVAL_LEAST_POINTS {
             return None;
         }
-        // A hole that is none of the scan's is in a place where few points are, and so is that to which it belongs. The
-        // points of its wall are near no other.
+        // Of a hole in a wrong place the scan has no points, and those of the wall of its own hole are near no patch.
         let sums = group.patches.iter().zip(&solution.evaluation.patches);
-        let is_unseen = sums.filter(|(shaped, _)| **shaped).any(|(_, sum)| sum.points < HARDLY_ANY_POINTS);
+        let is_unseen = sums.filter(|(shaped, _)| **shaped).any(|(_, sum)| sum.is_hidden());
         let (own, most) = if is_unseen {
             (sample.pick(losses.own_or_unexplained_points()), RIVAL_POINTS_OF_UNSEEN)
         } else {
@@ -122,7 +121,7 @@ impl<'s> Alone<'s> {
         let mut distinct: Vec<Shape> = Vec::new();
         for shape in shapes {
             let apart = |other: &[f64]| self.base.apart(self.group, other, &shape.x) > RIVAL_DEVIATIONS;
-            // Of what the scan does not determine here it may tell much in another place.
+            // Parameters that the scan does not determine at the solution are compared by the evidence alone.
             let is_another = apart(&self.x) || shape.evidence < -RIVAL_EVIDENCE;
             if is_another && distinct.iter().all(|other| apart(&other.x)) {
                 distinct.push(shape);

@@ -1,6 +1,6 @@
 //! The optimum over a sample of the points, with which other shapes are compared.
 
-use super::{Rival, RivalOf, largest};
+use super::{Rival, RivalOf, explains_more, largest};
 use crate::fit::infer::sandwich::Uncertainty;
 use crate::fit::optimise::gauss_newton::{self, Minimum, Stop};
 use crate::fit::problem::level::Level;
@@ -10,8 +10,7 @@ use crate::fit::problem::points::Points;
 use crate::fit::refine::schedule::Solution;
 use crate::fit::register::group::Group;
 use crate::fit::tuning::{
-    RIVAL_BETTER, RIVAL_CLEARLY_WORSE, RIVAL_DEVIATIONS, RIVAL_EVIDENCE, RIVAL_ITERATIONS, RIVAL_SAME, RIVAL_STEP,
-    RIVAL_WORSE,
+    RIVAL_CLEARLY_WORSE, RIVAL_DEVIATIONS, RIVAL_EVIDENCE, RIVAL_ITERATIONS, RIVAL_SAME, RIVAL_STEP, RIVAL_WORSE,
 };
 
 /// The optimum over a sample of the points, next to the solution: other shapes are optima over the same points.
@@ -53,8 +52,9 @@ impl<'s> Base<'s> {
     pub(super) fn rival(&self, level: &Level, of: RivalOf, from: Estimate) -> Option<Rival> {
         let Shape { estimate: there, step, evidence, certainty } = self.shape(level, from, |_| false)?;
         let worse = evidence > RIVAL_EVIDENCE && certainty > RIVAL_WORSE;
-        // Two that differ in what the scan does not determine alone are one, unless it prefers the other.
-        let better = evidence < -RIVAL_EVIDENCE && certainty < -RIVAL_BETTER;
+        // Two shapes that differ only in parameters that the scan does not determine are one, unless the scan prefers
+        // the other.
+        let better = explains_more(evidence, certainty);
         let distinct = better || largest(self.uncertainty, &of.members, &step) > RIVAL_DEVIATIONS;
         let space = &self.level().space;
         let mut padded = step.clone();
@@ -65,8 +65,10 @@ impl<'s> Base<'s> {
         if !distinct || worse {
             return None;
         }
-        // The solution's open values in the rival would make it the solution, and may be what is better in it.
-        if let Some(estimate) = self.relabelled(level, &there).filter(|_| !better) {
+        // A shape that the scan prefers is no other name of the solution, although it may be the solution with other
+        // values of parameters that the scan leaves open there.
+        let same = if better { None } else { self.relabelled(level, &there) };
+        if let Some(estimate) = same {
             let nearer = self.distance_to_start(&estimate) < self.distance_to_start(&self.estimate);
             return nearer.then_some(Rival {
                 estimate,
@@ -88,7 +90,8 @@ impl<'s> Base<'s> {
             let step = self.level().space.step(&self.estimate, at);
             largest(self.uncertainty, members, &step) <= RIVAL_SAME
         };
-        // What begins next to the base by what is determined there must be better in the end.
+        // A shape that starts at the base, by the parameters that the scan determines there, remains only if the scan
+        // prefers it in the end.
         let begins_same = is_same(&from);
         // The loss from which on a shape is worse, and the losses on the way.
         let worse = self.mean * (RIVAL_EVIDENCE / self.uncertainty.effective_points).exp();

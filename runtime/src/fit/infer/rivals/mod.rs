@@ -151,8 +151,9 @@ impl Rivals {
     /// less surface where the scan shows empty space.
     pub(crate) fn preferred(&self) -> Option<&Rival> {
         let better = |r: &&Rival| {
-            let explains_more = r.evidence < -RIVAL_EVIDENCE && r.certainty < -RIVAL_BETTER;
-            r.relabelled || explains_more || r.contradicted < self.contradicted - RIVAL_CONTRADICTED * self.chance
+            r.relabelled
+                || explains_more(r.evidence, r.certainty)
+                || r.contradicted < self.contradicted - RIVAL_CONTRADICTED * self.chance
         };
         self.rivals.iter().filter(better).min_by(|a, b| {
             let key = |r: &Rival| (r.contradicted / self.chance.max(f64::MIN_POSITIVE)).floor();
@@ -185,6 +186,11 @@ impl Rivals {
         }
         (uncertainty, included)
     }
+}
+
+/// Whether a shape explains the scan clearly better than the solution (see `Rival`).
+fn explains_more(evidence: f64, certainty: f64) -> bool {
+    evidence < -RIVAL_EVIDENCE && certainty < -RIVAL_BETTER
 }
 
 /// The largest part of a step along some coordinates, in standard deviations.

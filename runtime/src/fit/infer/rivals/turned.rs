@@ -165,8 +165,9 @@ impl<'a> Turns<'a> {
         let exchanged = if rotations.is_empty() { Vec::new() } else { self.exchanged(&self.named()) };
         let ways = |(k, rotation): (usize, &DQuat)| {
             // The mean of few points is beside the middle of a thread, and the model's middle beside that of a half.
-            let turned = [self.about, self.middle].map(|about| self.turned(*rotation, about));
-            let turned = turned.into_iter().filter(|_| k > 0).min_by(by_loss);
+            // The first rotation is none.
+            let abouts = if k > 0 { &[self.about, self.middle][..] } else { &[] };
+            let turned = abouts.iter().map(|about| self.turned(*rotation, *about)).min_by(by_loss);
             let exchanged = exchanged.iter().map(|shape| self.placed(shape, *rotation)).min_by(by_loss);
             [turned, exchanged].into_iter().flatten().collect::<Vec<Turned>>()
         };
