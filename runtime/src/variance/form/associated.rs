@@ -8,10 +8,13 @@ use glam::DVec3;
 use nalgebra::{DMatrix, DVector};
 
 /// Points are left out that lie farther than so many robust standard deviations from the surface of least squares.
-pub(super) const OUTLYING: f64 = 4.0;
+const OUTLYING: f64 = 4.0;
+
+/// Passes after which the points that lie on a surface are those of the pass before, or nearly.
+const PASSES: usize = 20;
 
 /// Distances below this are rounding. Millimetres.
-pub(super) const ROUNDING: f64 = 1e-9;
+const ROUNDING: f64 = 1e-9;
 
 /// A part's surface of least squares.
 pub(super) struct Associated {
@@ -30,11 +33,15 @@ impl Associated {
         if points.len() < FEWEST {
             return None;
         }
-        let first = zone::least_squares(points, datum, zone::FITTED).placed();
-        let mut sizes: Vec<f64> = points.iter().map(|p| first.height(*p).abs()).collect();
-        let most = (OUTLYING * MAD_TO_SD * median(&mut sizes)?).max(ROUNDING);
-        let kept: Vec<DVec3> = points.iter().copied().filter(|p| first.height(*p).abs() <= most).collect();
-        let measured = zone::least_squares(&kept, datum, usize::MAX);
+        let first = zone::least_squares(points, datum, zone::FITTED);
+        let heights = |surface: &Datum| {
+            let placed = surface.placed();
+            points.iter().map(|p| placed.height(*p)).collect()
+        };
+        let at = |kept: &[usize]| kept.iter().map(|i| points[*i]).collect::<Vec<DVec3>>();
+        let fitted = |kept: &[usize]| Some(zone::least_squares(&at(kept), datum, usize::MAX));
+        let (measured, kept) = of_those_on_it(first, heights, fitted)?;
+        let kept = at(&kept);
         let covariance = covariance(&kept, &measured)?;
         let model = zone::least_squares(exact, datum, zone::FITTED);
         let centre = |points: &[DVec3]| points.iter().sum::<DVec3>() / points.len() as f64;
@@ -71,6 +78,28 @@ impl Associated {
             _ => [0.0, 0.0, 0.0, right, up, 0.0],
         }
     }
+}
+
+/// The surface of least squares of the points that lie on it, and their numbers. Many points that lie off it, as where
+/// rays of a part meet another one, draw the first surface to them and hide in its spread: what is off is asked again of
+/// the surface of the others, until that says the same.
+pub(super) fn of_those_on_it<S>(
+    first: S,
+    heights: impl Fn(&S) -> Vec<f64>,
+    fitted: impl Fn(&[usize]) -> Option<S>,
+) -> Option<(S, Vec<usize>)> {
+    let (mut surface, mut kept) = (first, Vec::new());
+    for _ in 0..PASSES {
+        let heights = heights(&surface);
+        let mut sizes: Vec<f64> = heights.iter().map(|h| h.abs()).collect();
+        let most = (OUTLYING * MAD_TO_SD * median(&mut sizes)?).max(ROUNDING);
+        let on: Vec<usize> = (0..heights.len()).filter(|i| heights[*i].abs() <= most).collect();
+        if on == kept {
+            break;
+        }
+        (surface, kept) = (fitted(&on)?, on);
+    }
+    Some((surface, kept))
 }
 
 /// The covariance of the unknowns of least squares, with the variance of the points about the surface.

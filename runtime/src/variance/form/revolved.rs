@@ -1,11 +1,10 @@
 //! The axis of a measured surface of revolution whose profile is the model's.
 
 use super::FEWEST;
-use super::associated::{Associated, OUTLYING, ROUNDING};
+use super::associated::{Associated, of_those_on_it};
 use super::datum::Datum;
 use super::linear::{self, MOST, Row};
 use super::members::Member;
-use crate::robust::{MAD_TO_SD, median};
 use glam::DVec3;
 use nalgebra::{DMatrix, DVector};
 
@@ -30,10 +29,9 @@ pub(super) fn associated(members: &[Member], (origin, direction): (DVec3, DVec3)
     let model = Datum::about(origin, direction, 0.0, size, false);
     let rows: Vec<Row> = members.iter().map(|member| row(member, &model)).collect();
     let (first, _) = linear::least_squares(rows.iter().copied(), MOST)?;
-    let mut errors: Vec<f64> = rows.iter().map(|row| row.error(&first).abs()).collect();
-    let most = (OUTLYING * MAD_TO_SD * median(&mut errors)?).max(ROUNDING);
-    let kept: Vec<usize> = (0..rows.len()).filter(|i| rows[*i].error(&first).abs() <= most).collect();
-    let (motion, _) = linear::least_squares(kept.iter().map(|i| rows[*i]), MOST)?;
+    let heights = |motion: &[f64; MOST]| rows.iter().map(|row| row.error(motion)).collect();
+    let fitted = |kept: &[usize]| Some(linear::least_squares(kept.iter().map(|i| rows[*i]), MOST)?.0);
+    let (motion, kept) = of_those_on_it(first, heights, fitted)?;
     let by: [f64; MOST] = std::array::from_fn(|k| if k < AXIAL { motion[k] } else { 0.0 });
     let measured = model.moved(&by);
     let covariance = covariance(kept.iter().map(|i| &rows[*i]), &motion)?;
