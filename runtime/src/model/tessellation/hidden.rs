@@ -4,6 +4,7 @@
 //! The function changes hardly faster than distances do. So a value says of what is within it in every direction that
 //! it is on one side of zero; where that does not reach, a triangle is looked at more closely.
 
+use super::level::LEVEL_BELOW;
 use super::refine::{Refinement, between};
 use super::stand::{CORNERS, sign};
 use crate::model::EvaluationError;
@@ -22,9 +23,8 @@ const SMALL: f64 = 16.0;
 const REACH: f64 = 0.58;
 /// How many triangles that follow each other, and so are mostly neighbours, are looked at as one at first.
 const GROUP: usize = 32;
-/// The most cells of a batch of triangles (`trim`) that are looked at: 4000 for each. The example that has the most, a
-/// window, takes 1500 for each of a batch.
-const MOST_CELLS: usize = 2_000_000;
+/// The most cells that are looked at for each triangle of a batch (`trim`).
+const MOST_CELLS: usize = 4000;
 /// How many cells are looked at at a time: enough that evaluating many places at once pays, and few enough that they
 /// stay in the processor's cache.
 const AT_A_TIME: usize = 1024;
@@ -120,7 +120,7 @@ impl Refinement<'_> {
         let mut cells = self.near_zero(triangles, keeps)?;
         let mut looked_at = 0;
         // The parts become finer than what is looked for, so that there is an end.
-        while !cells.is_empty() && looked_at < MOST_CELLS {
+        while !cells.is_empty() && looked_at < MOST_CELLS * triangles.len() {
             let mut batch = cells.split_off(cells.len().saturating_sub(AT_A_TIME));
             batch.retain(|cell| !hide[cell.of]);
             looked_at += batch.len();
@@ -137,7 +137,9 @@ impl Refinement<'_> {
                 }
                 let (middle, reach) = cell.ball();
                 hide[cell.of] = sign(value) * triangles[cell.of].expected(middle, self.chord) < 0;
-                if !hide[cell.of] && reach > finest[cell.of] && value.abs() < STEEPEST * reach {
+                let finest =
+                    if value.abs() < LEVEL_BELOW { finest[cell.of].max(self.finest_level) } else { finest[cell.of] };
+                if !hide[cell.of] && reach > finest && value.abs() < STEEPEST * reach {
                     cells.extend(cell.halves());
                 }
             }

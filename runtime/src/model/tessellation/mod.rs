@@ -289,6 +289,7 @@ impl Tessellation {
             bodies,
             oblique: breaks.iter().map(|b| b.oblique).collect(),
             chord: fineness.chord,
+            finest_level: 0.0,
             most_triangles,
             jump: 0.0,
             stretch: 0.0,

@@ -37,6 +37,8 @@ pub(super) struct Refinement<'a> {
     /// Patches with conditions of both u and v.
     pub(super) oblique: Vec<bool>,
     pub(super) chord: f64,
+    /// The size down to which triangles are looked at where solids coincide. Millimetres.
+    pub(super) finest_level: f64,
     pub(super) most_triangles: usize,
     /// The largest jump of the surface that edges cross. Millimetres.
     pub(super) jump: f64,

@@ -9,8 +9,9 @@ use super::adjacency::Adjacency;
 use super::refine::{Edge, Points, Refinement, mix};
 use super::stand::{CORNERS, Crossings, Stand, sign};
 use super::stitch;
-use crate::mesh::retain_marked;
+use crate::mesh::{Bounds, retain_marked};
 use crate::model::{Bracket, EvaluationError, narrow};
+use glam::DVec3;
 use rayon::prelude::*;
 use std::collections::HashMap;
 
@@ -18,8 +19,12 @@ use std::collections::HashMap;
 pub(super) const COARSEST: f64 = 0.01;
 /// Rounds of dividing at most.
 const ROUNDS: usize = 40;
-/// Triangles that one thread looks at: enough that evaluating many places at once pays.
-const BATCH: usize = 512;
+/// Triangles that one thread looks at: enough that evaluating many places at once pays, and few enough that all threads
+/// have some.
+const BATCH: usize = 64;
+/// Where solids coincide the function says of no distance: triangles are looked at down to this part of the model's
+/// diagonal there. (Down to 16 chords a window of 5 m took 160 million parts of triangles, of 0.3 mm.)
+const FINEST_LEVEL: f64 = 1e-3;
 /// The width to which the zero on an edge is narrowed, as a part of the edge: the rounding of u and v.
 const EXACT: f64 = 1e-15;
 /// The least part of an edge that is cut off: nearer to a vertex the vertex itself counts as on the edge.
@@ -35,6 +40,7 @@ impl Refinement<'_> {
             return Ok(());
         }
         self.chord = self.chord.min(COARSEST * self.mesh.bounds().diagonal());
+        self.finest_level = FINEST_LEVEL * self.present(keeps)?.diagonal();
         let mut points = Points::of(self.mesh);
         let trimmed = |r: &Self, t: &usize| keeps[r.patches[*t] as usize].is_some();
         let mut open: Vec<usize> = (0..self.mesh.triangles.len()).filter(|t| trimmed(self, t)).collect();
@@ -82,6 +88,19 @@ impl Refinement<'_> {
         self.drop_absent(keeps)?;
         let is_trimmed: Vec<bool> = keeps.iter().map(Option::is_some).collect();
         stitch::stitch(self, &is_trimmed)
+    }
+
+    /// The box around the vertices that are there: no larger than what is there.
+    fn present(&self, keeps: &[Option<usize>]) -> Result<Bounds, EvaluationError> {
+        let trimmed = self.trimmed_triangles(keeps);
+        let at = |i: u32| DVec3::from_array(self.mesh.positions[i as usize]);
+        let values = self.values_at_corners(&trimmed, keeps)?;
+        let there = trimmed.iter().zip(values).flat_map(|(triangle, values)| {
+            let corners = self.mesh.triangles[*triangle].into_iter().zip(values);
+            corners.filter(|(_, value)| sign(*value) >= 0).map(|(i, _)| i)
+        });
+        let whole = (0..self.mesh.triangles.len()).filter(|t| keeps[self.patches[*t] as usize].is_none());
+        Ok(there.chain(whole.flat_map(|t| self.mesh.triangles[t])).map(at).collect())
     }
 
     /// How triangles stand, on all cores, and by the place in the list where the edge crosses those where it is bent.
