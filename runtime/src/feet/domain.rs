@@ -41,6 +41,11 @@ impl Domain {
         self
     }
 
+    /// The same where the breaks, as many, are elsewhere.
+    pub(super) fn moved(&self, breaks: &Breaks) -> Self {
+        Self::new(breaks).closing(self.closed)
+    }
+
     /// The stretches of u (0) or of v (1).
     pub(super) fn along(&self, k: usize) -> &[Stretch] {
         &self.stretches[k]

@@ -1,16 +1,23 @@
 //! The model's surface as facets.
 
-use super::layout::{Layout, bounds};
+use super::foot::Foot;
+use super::layout::{Grid, Layout, bounds};
 use super::tree::{Tree, triangle_closest};
 use super::trim::{Crossed, Keep};
 use super::tuning::GRAZING;
 use crate::mesh::Bounds;
+use crate::model::{EvaluationError, Instance};
 use glam::DVec3;
+use std::borrow::Cow;
 
 /// The facets of a layout where certain parameters put them.
 #[derive(Clone, Debug)]
 pub(crate) struct Facets<'a> {
     pub(super) layout: &'a Layout,
+    /// The layout's, with lines where the breaks are.
+    pub(super) grids: Cow<'a, [Grid]>,
+    /// (u, v) of every vertex.
+    pub(super) uv: Cow<'a, [[f64; 2]]>,
     pub(super) positions: Vec<[f64; 3]>,
     /// By vertex, positive where a trimmed patch is there; empty if none is trimmed.
     pub(super) keeps: Vec<Keep>,
@@ -38,9 +45,25 @@ pub(super) enum Orientation {
 }
 
 impl Facets<'_> {
+    /// The points of a patch nearest to some others, from places near to them: of what is there of it where `instance`,
+    /// for which these facets are, puts it. Those of which nothing is there are infinitely far.
+    ///
+    /// # Errors
+    /// The patch cannot be evaluated.
+    pub(crate) fn feet(
+        &self,
+        instance: &dyn Instance,
+        patch: usize,
+        q: &[DVec3],
+        uv: &[[f64; 2]],
+        tolerance: f64,
+    ) -> Result<Vec<Foot>, EvaluationError> {
+        self.grids[patch].feet(instance, patch, q, uv, tolerance)
+    }
+
     /// Takes patches out, so that they are no longer found.
     pub(crate) fn remove(&mut self, patch: impl Fn(usize) -> bool) {
-        for (i, grid) in self.layout.grids.iter().enumerate() {
+        for (i, grid) in self.grids.iter().enumerate() {
             if patch(i) {
                 self.positions[grid.vertices()].fill([f64::NAN; 3]);
             }
@@ -70,7 +93,7 @@ impl Facets<'_> {
         let vertices = corners.map(|k| self.layout.quads[quad as usize].vertices[k] as usize);
         let keep = vertices.map(|v| self.keeps[v]);
         let whole = keep.iter().all(Keep::is_there);
-        (!whole).then(|| Crossed { keep, uv: vertices.map(|v| self.layout.uv[v]) })
+        (!whole).then(|| Crossed { keep, uv: vertices.map(|v| self.uv[v]) })
     }
 
     /// The point nearest to q of what is there of a triangle of a facet, whose corners are given: as their weights, and

@@ -3,7 +3,7 @@
 use super::domain::{Domain, Stretch};
 use super::trim::{Patches, divide_at_edges};
 use super::tuning::{CELLS_OF_SIZE, CURVATURE_CELLS, LEAST_CURVATURE_CELLS, MOST_CELLS, MOST_STRETCHES, TRIMMED_CELLS};
-use crate::model::{Breaks, Instance};
+use crate::model::{Breaks, Instance, Trail};
 use glam::DVec3;
 
 /// The lines of a patch's grid and how far its facets are off.
@@ -12,12 +12,12 @@ pub(super) struct Gauge {
     /// u of the columns and v of the rows.
     pub(super) lines: [Lines; 2],
     pub(super) domain: Domain,
+    /// By which the domain's breaks are found again where parameters have moved them.
+    pub(super) trail: Trail,
     /// The chord error of the cells, both directions together. Millimetres.
     pub(super) sagitta: f64,
     /// How far the edge of a trimmed patch may be from that of its facets, about. Millimetres.
     pub(super) edge_error: f64,
-    /// Whether the patch has breaks, so that the chord error is better measured.
-    pub(super) is_broken: bool,
 }
 
 /// Lines of a grid along u or along v.
@@ -47,6 +47,16 @@ impl Lines {
             lines.has_facets.resize(lines.at.len() - 1, true);
         }
         lines
+    }
+
+    /// The lines where the stretches between which they were made are now.
+    pub(super) fn moved(&self, from: &[Stretch], to: &[Stretch]) -> Self {
+        let moved = |t: &f64| {
+            let number = from.partition_point(|stretch| stretch.end < *t).min(from.len() - 1);
+            let (from, to) = (from[number], to[number]);
+            to.clamp(to.start + (t - from.start) / (from.end - from.start) * (to.end - to.start))
+        };
+        Self { at: self.at.iter().map(moved).collect(), has_facets: self.has_facets.clone() }
     }
 
     /// The same with some cells divided.
@@ -96,8 +106,8 @@ impl Gauge {
 
     fn of_whole(instance: &dyn Instance, patch: usize, tolerance: f64, size: f64, cells_of_size: f64) -> Self {
         let breaks = Breaks::of_patch(instance, patch).unwrap_or_default();
-        let is_broken = breaks != Breaks::default();
         let domain = Domain::new(&breaks);
+        let trail = Trail::new(instance, patch, breaks).unwrap_or_default();
         let whole = [Stretch::default()];
         let stretches = [0, 1].map(|k| {
             let all = domain.along(k);
@@ -105,7 +115,7 @@ impl Gauge {
         });
         let Some(lattice) = Lattice::new(instance, patch, stretches) else {
             let even = Lines::new(&whole, &[CURVATURE_CELLS]);
-            return Self { lines: [even.clone(), even], domain, ..Self::default() };
+            return Self { lines: [even.clone(), even], domain, trail, ..Self::default() };
         };
         let (mut lines, mut closed, mut sagitta) = (<[Lines; 2]>::default(), [false; 2], 0.0);
         for k in 0..2 {
@@ -124,7 +134,7 @@ impl Gauge {
             closed[k] = is_long && gap < 1e-9 * size && is_bent;
             lines[k] = Lines::new(stretches[k], &cells);
         }
-        Self { lines, domain: domain.closing(closed), sagitta, is_broken, ..Self::default() }
+        Self { lines, domain: domain.closing(closed), trail, sagitta, ..Self::default() }
     }
 }
 

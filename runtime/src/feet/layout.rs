@@ -1,5 +1,5 @@
-//! The division of the model's patches into facets: a grid of quadrilaterals per patch with lines at its breaks, in a
-//! tree of boxes that is built once a level and refitted at every evaluation.
+//! The division of the model's patches into facets: a grid of quadrilaterals per patch with lines at its breaks, which
+//! move as these do, in a tree of boxes that is built once a level and refitted at every evaluation.
 
 use super::domain::Domain;
 use super::edge::Trimmed;
@@ -8,18 +8,21 @@ use super::foot::{Foot, foot_points};
 use super::gauge::{Gauge, Lines};
 use super::tree::{Tree, triangle_closest};
 use super::trim::{Keep, keeps_on_grid};
-use super::tuning::FARTHEST;
+use super::tuning::{FARTHEST, MOST_STRETCHES};
 use crate::mesh::Bounds;
-use crate::model::{EvaluationError, Instance, Model};
+use crate::model::{Breaks, EvaluationError, Instance, Model, Trail};
 use glam::DVec3;
 use rayon::prelude::*;
+use std::borrow::Cow;
 use std::ops::Range;
 
-/// Vertices of the grids in (u, v), and the quadrilaterals between them. Does not depend on the parameters.
+/// Vertices of the grids in (u, v), and the quadrilaterals between them, at the shape that they were made for.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Layout {
     /// One per patch.
     pub(super) grids: Vec<Grid>,
+    /// One per patch.
+    trails: Vec<Trail>,
     /// (u, v) of every vertex.
     pub(super) uv: Vec<[f64; 2]>,
     pub(super) quads: Vec<Quad>,
@@ -59,6 +62,45 @@ impl Grid {
         self.first..self.first + self.u.at.len() * self.v.at.len()
     }
 
+    /// (u, v) of every vertex.
+    fn sites(&self) -> impl Iterator<Item = [f64; 2]> {
+        self.v.at.iter().flat_map(|v| self.u.at.iter().map(|u| [*u, *v]))
+    }
+
+    /// Moves the lines with the breaks of a patch between which they are.
+    fn follow(&mut self, breaks: &Breaks) {
+        let domain = self.domain.moved(breaks);
+        for (k, lines) in [&mut self.u, &mut self.v].into_iter().enumerate() {
+            let (from, to) = (self.domain.along(k), domain.along(k));
+            if from.len() <= MOST_STRETCHES {
+                *lines = lines.moved(from, to);
+            }
+        }
+        self.domain = domain;
+    }
+
+    /// The points of the patch nearest to some others, from places near to them: of what is there of it. Those of which
+    /// nothing is there are infinitely far.
+    ///
+    /// # Errors
+    /// The patch cannot be evaluated.
+    pub(super) fn feet(
+        &self,
+        instance: &dyn Instance,
+        patch: usize,
+        q: &[DVec3],
+        uv: &[[f64; 2]],
+        tolerance: f64,
+    ) -> Result<Vec<Foot>, EvaluationError> {
+        let Self { domain, keep, u, v, .. } = self;
+        let mut feet = foot_points(instance, patch, domain, q, uv, tolerance)?;
+        if let Some(keep) = *keep {
+            Trimmed { instance, patch, keep, domain, lines: [&u.at, &v.at], tolerance }
+                .onto_what_is_there(q, uv, &mut feet)?;
+        }
+        Ok(feet)
+    }
+
     /// Cells each way.
     fn cells(&self) -> [usize; 2] {
         [self.u.has_facets.len(), self.v.has_facets.len()]
@@ -87,13 +129,13 @@ impl Layout {
         for (patch, gauge) in gauges.into_iter().enumerate() {
             let gauge = gauge.unwrap_or_default();
             layout.sagitta = layout.sagitta.max(gauge.sagitta);
-            broken.extend(gauge.is_broken.then_some(patch));
+            broken.extend((*gauge.trail.breaks() != Breaks::default()).then_some(patch));
             let keep = model.keep(patch).filter(|_| chosen(patch));
             layout.edge_error = layout.edge_error.max(gauge.edge_error);
             layout.push_grid((patch, keep), gauge);
         }
         let mut positions = vec![[f64::NAN; 3]; layout.uv.len()];
-        layout.place(instance, &mut positions);
+        place(&layout.grids, instance, &mut positions);
         for patch in broken {
             layout.sagitta = layout.sagitta.max(layout.measured(instance, patch, &positions));
         }
@@ -107,7 +149,6 @@ impl Layout {
     fn push_grid(&mut self, (patch, keep): (usize, Option<usize>), gauge: Gauge) {
         let [u, v] = gauge.lines;
         let first = self.uv.len();
-        self.uv.extend(v.at.iter().flat_map(|v| u.at.iter().map(|u| [*u, *v])));
         for j in (0..v.has_facets.len()).filter(|j| v.has_facets[*j]) {
             for i in (0..u.has_facets.len()).filter(|i| u.has_facets[*i]) {
                 let a = (first + j * u.at.len() + i) as u32;
@@ -116,7 +157,10 @@ impl Layout {
                 self.quads.push(Quad { patch: patch as u32, vertices, place: [i as u16, j as u16] });
             }
         }
-        self.grids.push(Grid { first, u, v, domain: gauge.domain, keep });
+        let grid = Grid { first, u, v, domain: gauge.domain, keep };
+        self.uv.extend(grid.sites());
+        self.grids.push(grid);
+        self.trails.push(gauge.trail);
     }
 
     /// The largest distance of a patch's surface from its facets, at their middles. Millimetres; 0 where it cannot be
@@ -139,54 +183,34 @@ impl Layout {
         of_patch.map(distance).fold(0.0, f64::max).sqrt()
     }
 
-    /// Evaluates every vertex; those of a patch that fails, or that reaches beyond [`FARTHEST`], are NaN. Returns the
-    /// number of such patches.
-    fn place(&self, instance: &dyn Instance, positions: &mut [[f64; 3]]) -> usize {
-        let mut absent = 0;
-        for (patch, grid) in self.grids.iter().enumerate() {
-            let out = &mut positions[grid.vertices()];
-            if out.is_empty() {
-                continue;
-            }
-            let is_beyond = |point: &[f64; 3]| !point.iter().all(|c| c.abs() <= FARTHEST);
-            if instance.points_grid(patch, &grid.u.at, &grid.v.at, out).is_err() || out.iter().any(is_beyond) {
-                out.fill([f64::NAN; 3]);
-                absent += 1;
-            }
-        }
-        absent
-    }
-
-    /// By vertex, the function that is positive where a trimmed patch is there; empty if none is trimmed. Where it
-    /// cannot be evaluated nothing is there.
-    fn keeps(&self, instance: &dyn Instance) -> Vec<Keep> {
-        if self.grids.iter().all(|grid| grid.keep.is_none()) {
-            return Vec::new();
-        }
-        let mut keeps = vec![Keep::EVERYWHERE; self.uv.len()];
-        for grid in &self.grids {
-            let Some(keep) = grid.keep else { continue };
-            let of_patch = &mut keeps[grid.vertices()];
-            match keeps_on_grid(instance, keep, &grid.u.at, &grid.v.at) {
-                Ok(found) => of_patch.copy_from_slice(&found),
-                Err(_) => of_patch.fill(Keep::NOWHERE),
-            }
-        }
-        keeps
-    }
-
-    /// The facets where `instance` puts them.
+    /// The facets where `instance` puts them, between its breaks.
     pub(crate) fn facets(&self, instance: &dyn Instance) -> Facets<'_> {
-        let mut positions = vec![[f64::NAN; 3]; self.uv.len()];
-        let absent = self.place(instance, &mut positions);
-        let mut facets =
-            Facets { layout: self, positions, keeps: self.keeps(instance), tree: self.tree.clone(), absent };
+        let (grids, uv) = self.followed(instance);
+        let mut positions = vec![[f64::NAN; 3]; uv.len()];
+        let absent = place(&grids, instance, &mut positions);
+        let keeps = keeps(&grids, uv.len(), instance);
+        let mut facets = Facets { layout: self, grids, uv, positions, keeps, tree: self.tree.clone(), absent };
         facets.refit();
         facets
     }
 
-    /// The points of a patch nearest to some others, from places near to them: of what is there of it. Those of which
-    /// nothing is there are infinitely far.
+    /// The grids and their vertices with lines where the breaks of `instance` are.
+    fn followed(&self, instance: &dyn Instance) -> (Cow<'_, [Grid]>, Cow<'_, [[f64; 2]]>) {
+        let (mut grids, mut uv) = (Cow::Borrowed(&self.grids[..]), Cow::Borrowed(&self.uv[..]));
+        for (patch, trail) in self.trails.iter().enumerate() {
+            // What cannot be evaluated has no facets.
+            if let Ok(Some(breaks)) = trail.followed(instance, patch) {
+                let grid = &mut grids.to_mut()[patch];
+                grid.follow(&breaks);
+                for (vertex, at) in uv.to_mut()[grid.vertices()].iter_mut().zip(grid.sites()) {
+                    *vertex = at;
+                }
+            }
+        }
+        (grids, uv)
+    }
+
+    /// The points of a patch nearest to some others, at the shape that the layout was made for: as those of its facets.
     ///
     /// # Errors
     /// The patch cannot be evaluated.
@@ -198,13 +222,7 @@ impl Layout {
         uv: &[[f64; 2]],
         tolerance: f64,
     ) -> Result<Vec<Foot>, EvaluationError> {
-        let Grid { domain, keep, u, v, .. } = &self.grids[patch];
-        let mut feet = foot_points(instance, patch, domain, q, uv, tolerance)?;
-        if let Some(keep) = *keep {
-            Trimmed { instance, patch, keep, domain, lines: [&u.at, &v.at], tolerance }
-                .onto_what_is_there(q, uv, &mut feet)?;
-        }
-        Ok(feet)
+        self.grids[patch].feet(instance, patch, q, uv, tolerance)
     }
 
     /// Patches that are no more than this farther from a point than the nearest one by facets may be the nearest by
@@ -231,6 +249,42 @@ impl Layout {
             apart <= 1 || (grid.domain.closed[k] && apart + 1 >= cells[k])
         })
     }
+}
+
+/// Evaluates every vertex; those of a patch that fails, or that reaches beyond [`FARTHEST`], are NaN. Returns how many
+/// patches do.
+fn place(grids: &[Grid], instance: &dyn Instance, positions: &mut [[f64; 3]]) -> usize {
+    let mut absent = 0;
+    for (patch, grid) in grids.iter().enumerate() {
+        let out = &mut positions[grid.vertices()];
+        if out.is_empty() {
+            continue;
+        }
+        let is_beyond = |point: &[f64; 3]| !point.iter().all(|c| c.abs() <= FARTHEST);
+        if instance.points_grid(patch, &grid.u.at, &grid.v.at, out).is_err() || out.iter().any(is_beyond) {
+            out.fill([f64::NAN; 3]);
+            absent += 1;
+        }
+    }
+    absent
+}
+
+/// By vertex, the function that is positive where a trimmed patch is there; empty if none is trimmed. Where it cannot
+/// be evaluated nothing is there.
+fn keeps(grids: &[Grid], vertices: usize, instance: &dyn Instance) -> Vec<Keep> {
+    if grids.iter().all(|grid| grid.keep.is_none()) {
+        return Vec::new();
+    }
+    let mut keeps = vec![Keep::EVERYWHERE; vertices];
+    for grid in grids {
+        let Some(keep) = grid.keep else { continue };
+        let of_patch = &mut keeps[grid.vertices()];
+        match keeps_on_grid(instance, keep, &grid.u.at, &grid.v.at) {
+            Ok(found) => of_patch.copy_from_slice(&found),
+            Err(_) => of_patch.fill(Keep::NOWHERE),
+        }
+    }
+    keeps
 }
 
 /// The box around all positions that are finite.

@@ -176,7 +176,7 @@ impl<'s> NearestSearch<'s> {
         let Quad { patch, vertices, .. } = self.facets.layout.quads[*quad as usize];
         let uv = [0, 1].map(|k| {
             let parts = corners.iter().zip(weights);
-            parts.map(|(c, w)| w * self.facets.layout.uv[vertices[*c] as usize][k]).sum()
+            parts.map(|(c, w)| w * self.facets.uv[vertices[*c] as usize][k]).sum()
         });
         Some(Nearest { patch, uv, quad: *quad })
     }

@@ -25,8 +25,8 @@ mod winding;
 mod zeros;
 
 pub use atlas::{Atlas, AtlasError, Chart, LARGEST, SMALLEST};
-pub(crate) use breaks::spans;
 pub use breaks::{Break, BreakKind, Breaks};
+pub(crate) use breaks::{Trail, spans};
 pub use charts::{ChartMap, surface_coordinates};
 pub(crate) use closed::CHORD_OF_THIN;
 pub use closed::{Closedness, Faults, OpenBorder};

@@ -6,10 +6,13 @@
 //! both sides (`classify`): most decisions change without a trace.
 
 mod classify;
+mod follow;
 mod oblique;
 mod search;
 #[cfg(test)]
 mod tests;
+
+pub(crate) use follow::Trail;
 
 use super::surface::Instance;
 use gml_compiler::program::{EvaluationError, Order, Sites};

@@ -11,7 +11,7 @@ const SAMPLES: usize = 2048;
 const SAMPLES_ADDED: usize = 512;
 
 /// Values of the other parameter of the first lines. They are scattered, so that symmetric surfaces show all.
-const LINES: [f64; 5] = [0.0711, 0.2823, 0.4936, 0.7049, 0.9161];
+pub(super) const LINES: [f64; 5] = [0.0711, 0.2823, 0.4936, 0.7049, 0.9161];
 
 /// Most lines that are added, for intervals of the other parameter that have none.
 const MOST_LINES: usize = 64;

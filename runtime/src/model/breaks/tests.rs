@@ -1,6 +1,6 @@
 //! Breaks of compiled surfaces.
 
-use super::{Break, BreakKind, Breaks, Patch};
+use super::{Break, BreakKind, Breaks, Patch, Trail};
 use crate::model::surface::{Instance, Model, Partials};
 use gml_compiler::program::{Options, Program, compile};
 use gml_compiler::source::{NoFiles, SourceFile};
@@ -282,4 +282,50 @@ fn oblique_edges() {
     assert!(signatures[0] == signatures[3] && signatures[1] == signatures[2] && signatures[0] != signatures[1]);
     assert!(breaks("|u, v| (u * 50mm, v * 50mm, if u * u + v * v < 0.6 { 2mm } else { 0mm })").oblique);
     assert!(!breaks("|u, v| (u * 50mm, v * 50mm, abs(u - v) ^ 3 * 9mm)").oblique, "it has no corner");
+}
+
+/// Breaks that are followed from other values are those that are found at once; of pieces between them that were less
+/// wide than they moved, and of what is as it was, nothing is said.
+#[test]
+fn breaks_are_followed() {
+    let wall = ("param w: length = 40mm\nparam d: length = 20mm", "prism(rectangle(w, d), 15mm).wall");
+    // A step, a corner in v, and a bend where an arc begins, whose length depends on both.
+    let stairs = (
+        "param a: length = 4mm\nparam b: length = 9mm",
+        "|u: real, v: real| \
+        (20mm * u, if u < a / b { 0mm } else { 5mm }, 3mm * max(v - b / 20mm, 0) + 1mm * v)",
+    );
+    let rounded = (
+        "param a: length = 4mm\nparam b: length = 9mm",
+        "extrude(rounded_polyline([(0mm, 0mm), (b, 0mm), (b, 12mm)], a), 5mm)",
+    );
+    let cases = [
+        (wall, [40.0, 20.0], [40.6, 19.1]),
+        (wall, [40.0, 20.0], [40.0 + 1e-9, 20.0]),
+        (stairs, [4.0, 9.0], [4.3, 8.8]),
+        (stairs, [4.0, 9.0], [4.0, 9.0 + 1e-13]),
+        (rounded, [4.0, 9.0], [3.9, 9.2]),
+    ];
+    for ((params, text), from, to) in cases {
+        let program = program(USES, params, text);
+        let at = |x: &[f64]| Model::instantiate(&program, x).unwrap_or_else(|e| panic!("{e}"));
+        let (start, end) = (at(&from), at(&to));
+        let [first, expected] = [&start, &end].map(|i| Breaks::of_patch(&**i, 0).unwrap_or_else(|e| panic!("{e}")));
+        let trail = Trail::new(&*start, 0, first.clone()).unwrap_or_else(|e| panic!("{e}"));
+        let followed = |instance: &dyn Instance| trail.followed(instance, 0).unwrap_or_else(|e| panic!("{e}"));
+        assert_ne!(first, expected, "{text}");
+        assert_eq!(followed(&*end), Some(expected), "{text} at {to:?}");
+        assert_eq!(followed(&*start), None, "{text}");
+    }
+    // The middle piece is a tenth of the whole wide: where it comes to lie elsewhere, or goes, the breaks remain.
+    let text = "|u: real, v: real| \
+        (20mm * abs(u - a / 10mm) + 9mm * abs(u - (a + 1mm) / 10mm), 5mm * v, 0mm)";
+    let program = program(USES, "param a: length = 1mm", text);
+    let at = |a: f64| Model::instantiate(&program, &[a]).unwrap_or_else(|e| panic!("{e}"));
+    let of = |a: f64| Breaks::of_patch(&*at(a), 0).unwrap_or_else(|e| panic!("{e}"));
+    let trail = Trail::new(&*at(1.0), 0, of(1.0)).unwrap_or_else(|e| panic!("{e}"));
+    for (a, expected) in [(1.9, of(1.9)), (5.0, of(1.0)), (20.0, of(1.0))] {
+        let followed = trail.followed(&*at(a), 0).unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!(followed, Some(expected), "{a}");
+    }
 }
