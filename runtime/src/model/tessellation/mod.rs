@@ -296,6 +296,7 @@ impl Tessellation {
         };
         let chord = refinement.run(progress)?;
         refinement.trim(keeps)?;
+        folds::unfold(&mut refinement);
         self.stretch = refinement.stretch;
         self.chord = chord;
         if keeps.iter().any(Option::is_some) {
