@@ -1,6 +1,8 @@
 //! Surfaces of least squares of the measured points of parts.
 
+use super::Recognised;
 use super::datum::{Datum, Kind};
+use super::filter::{Place, Point};
 use super::linear::MOST;
 use super::{FEWEST, zone};
 use crate::robust::{MAD_TO_SD, median};
@@ -12,6 +14,9 @@ const OUTLYING: f64 = 4.0;
 
 /// Passes after which the points that lie on a surface are those of the pass before, or nearly.
 const PASSES: usize = 20;
+
+/// Cosine of the most by which a measured form is turned against that of the model: 30 degrees.
+const SAME_WAY: f64 = 0.866;
 
 /// Distances below this are rounding. Millimetres.
 const ROUNDING: f64 = 1e-9;
@@ -33,15 +38,7 @@ impl Associated {
         if points.len() < FEWEST {
             return None;
         }
-        let first = zone::least_squares(points, datum, zone::FITTED);
-        let heights = |surface: &Datum| {
-            let placed = surface.placed();
-            points.iter().map(|p| placed.height(*p)).collect()
-        };
-        let at = |kept: &[usize]| kept.iter().map(|i| points[*i]).collect::<Vec<DVec3>>();
-        let fitted = |kept: &[usize]| Some(zone::least_squares(&at(kept), datum, usize::MAX));
-        let (measured, kept) = of_those_on_it(first, heights, fitted)?;
-        let kept = at(&kept);
+        let (measured, kept) = fitted(points, datum)?;
         let covariance = covariance(&kept, &measured)?;
         let model = zone::least_squares(exact, datum, zone::FITTED);
         let centre = |points: &[DVec3]| points.iter().sum::<DVec3>() / points.len() as f64;
@@ -78,6 +75,40 @@ impl Associated {
             _ => [0.0, 0.0, 0.0, right, up, 0.0],
         }
     }
+}
+
+/// The surface of least squares of the points that lie on it, and these.
+fn fitted(points: &[DVec3], datum: Datum) -> Option<(Datum, Vec<DVec3>)> {
+    let first = zone::least_squares(points, datum, zone::FITTED);
+    let heights = |surface: &Datum| {
+        let placed = surface.placed();
+        points.iter().map(|p| placed.height(*p)).collect()
+    };
+    let at = |kept: &[usize]| kept.iter().map(|i| points[*i]).collect::<Vec<DVec3>>();
+    let of_kept = |kept: &[usize]| Some(zone::least_squares(&at(kept), datum, usize::MAX));
+    let (measured, kept) = of_those_on_it(first, heights, of_kept)?;
+    Some((measured, at(&kept)))
+}
+
+/// A part's form in the position and size that suit its points best, and the points with their places and heights on
+/// that. Deviations from the form where the model has it would be those of a shifted form: those of a circle that is
+/// shifted by e differ by up to e^2 / 2 r from those of any circle about the model's axis. As they were where there is
+/// no such form, or it lies another way altogether.
+pub(super) fn in_position(shape: &Recognised, points: &[Point]) -> (Recognised, Vec<Point>) {
+    let at = |point: &Point| point.place.displaced(point.deviation);
+    let sample: Vec<DVec3> = points.iter().step_by(points.len().div_ceil(zone::FITTED).max(1)).map(at).collect();
+    let found = shape.datum().and_then(|datum| Some((datum, fitted(&sample, datum)?.0)));
+    let Some((_, measured)) = found.filter(|(model, measured)| model.axis.dot(measured.axis) > SAME_WAY) else {
+        return (*shape, points.to_vec());
+    };
+    let placed = measured.placed();
+    let moved = |point: &Point| {
+        let (at, normal) = (at(point), placed.normal(at(point)));
+        let outward = if normal.dot(point.place.normal) < 0.0 { -normal } else { normal };
+        let deviation = placed.height(at) * outward.dot(normal);
+        Point { place: Place { position: at - deviation * outward, normal: outward }, deviation, ..*point }
+    };
+    (shape.at(measured), points.iter().map(moved).collect())
 }
 
 /// The surface of least squares of the points that lie on it, and their numbers. Many points that lie off it, as where

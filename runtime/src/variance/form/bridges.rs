@@ -1,11 +1,14 @@
-//! Triangles of the scan that bridge an edge or a step of the surface: their corners were measured, on one face and on
-//! the other; what is between them was not.
+//! Triangles of the scan that say nothing of the face that sees them: those that bridge an edge or a step of the
+//! surface, whose corners were measured, on one face and on the other, and what is between them was not; and those of
+//! other faces.
 
 use crate::bvh::Bvh;
 use crate::feet::signed::SignedFoot;
 use crate::mesh::TriangleMesh;
+use crate::model::Texels;
 use crate::variance::hits::Hit;
 use crate::variance::noise::SMOOTH;
+use glam::DVec3;
 use rayon::prelude::*;
 
 /// Between points of two parts the surface may be so far from the line that joins their feet, in standard deviations of
@@ -19,6 +22,11 @@ const STEP_LENGTH: f64 = 0.02;
 const DOUBTED: f64 = 4.0;
 const NEARER: f64 = 0.5;
 
+/// Cosine of the most by which a triangle of a face may be turned against it, 60 degrees, and the height of one that
+/// says how it is turned, in standard deviations of the noise.
+const TURNED: f64 = 0.5;
+const LOW: f64 = 3.0;
+
 /// A surface with the feet of the scan's points on it.
 #[derive(Clone, Copy)]
 pub(in crate::variance) struct ScannedSurface<'a> {
@@ -28,14 +36,25 @@ pub(in crate::variance) struct ScannedSurface<'a> {
 }
 
 impl ScannedSurface<'_> {
-    /// By texel, whether what it sees of the scan is a triangle that bridges an edge or a step; empty where no triangle
-    /// does. `hits` are the places that the texels have their distances from, `noise` is in millimetres.
-    pub(in crate::variance) fn on_bridges(&self, mesh: &TriangleMesh, noise: f64, hits: &[Option<Hit>]) -> Vec<bool> {
+    /// By texel, whether what it sees of the scan is a triangle that bridges an edge or a step, or one that faces
+    /// another way; empty where no triangle does. `hits` are the places that the texels have their distances from,
+    /// `noise` is in millimetres.
+    pub(in crate::variance) fn on_bridges(
+        &self,
+        mesh: &TriangleMesh,
+        noise: f64,
+        texels: &Texels,
+        hits: &[Option<Hit>],
+    ) -> Vec<bool> {
         let bridges = self.bridges(mesh, noise);
-        if !bridges.contains(&true) {
-            return Vec::new();
-        }
-        hits.par_iter().map(|hit| hit.is_some_and(|hit| bridges[hit.triangle as usize])).collect()
+        let is_bridge = |(i, hit): (usize, &Option<Hit>)| {
+            hit.is_some_and(|hit| {
+                let triangle = mesh.corners(mesh.triangles[hit.triangle as usize]);
+                bridges[hit.triangle as usize] || faces_away(triangle, texels.normal[i], noise)
+            })
+        };
+        let of_texels: Vec<bool> = hits.par_iter().enumerate().map(is_bridge).collect();
+        if of_texels.contains(&true) { of_texels } else { Vec::new() }
     }
 
     /// By triangle, whether it bridges an edge or a step, or has a corner that has no place on the surface.
@@ -60,4 +79,13 @@ impl ScannedSurface<'_> {
         let off = (STEP_NOISE * noise).max(STEP_LENGTH * a.point.distance(b.point));
         self.bvh.closest_point(a.point.midpoint(b.point), off).is_none()
     }
+}
+
+/// Whether a triangle is turned against a surface that a ray met it from, so far that it is another face's: beside the
+/// end of a face that has moved aside, rays meet the wall below it. What is as low as noise may lie any way.
+fn faces_away([a, b, c]: [DVec3; 3], normal: [f32; 3], noise: f64) -> bool {
+    let normal = DVec3::from(normal.map(f64::from));
+    let cross = (b - a).cross(c - a);
+    let longest = [b - a, c - b, a - c].map(DVec3::length).into_iter().fold(0.0, f64::max);
+    cross.dot(normal).abs() < TURNED * cross.length() && cross.length() > LOW * noise * longest
 }

@@ -107,6 +107,19 @@ impl Placed {
         }
     }
 
+    /// The unit normal of the surface towards a point outside. Any direction at the middle of an axis or a sphere.
+    pub(super) fn normal(&self, point: DVec3) -> DVec3 {
+        let q = point - self.datum.origin;
+        match self.datum.kind {
+            Kind::Plane => self.datum.axis,
+            Kind::Sphere => q.normalize_or(DVec3::Z),
+            Kind::Cylinder | Kind::Cone => {
+                let away = q.reject_from_normalized(self.datum.axis).normalize_or(self.x);
+                self.cos * away - self.sin * self.datum.axis
+            }
+        }
+    }
+
     /// The linearised equation of a point: its distance (`value`), and by how much each unknown decreases it (the size,
     /// two shifts, two tilts, the angle).
     pub(super) fn row(&self, point: DVec3) -> Row {

@@ -37,6 +37,7 @@ pub use shape::Shape;
 pub(super) use shape::{Recognised, recognise};
 
 use super::Deviations;
+use associated::in_position;
 use datum::Datum;
 use filter::{Place, Point};
 use glam::DVec3;
@@ -247,6 +248,7 @@ fn measured(deviations: &Deviations, i: usize) -> Point {
 }
 
 fn form(shape: &Recognised, points: &[Point], noise: ScanNoise, cutoff: f64, precision: f64) -> Option<FormDeviation> {
+    let (shape, points) = &in_position(shape, points);
     let area = points.iter().map(|point| point.area).sum();
     let spacing = 1.0 / noise.density_among(points.len(), area).sqrt();
     let smooth = Smooth::new(points, cutoff, (precision, spacing));

@@ -45,6 +45,11 @@ impl Recognised {
     pub(super) fn datum(&self) -> Option<Datum> {
         (self.shape != Shape::Revolution).then_some(self.datum)
     }
+
+    /// The same form where a surface of it is.
+    pub(super) fn at(&self, datum: Datum) -> Self {
+        Self { axis: self.axis.map(|_| (datum.origin, datum.axis)), datum, ..*self }
+    }
 }
 
 /// The form of every part, from positions and exact normals of some of its texels; none if it is not one of [`Shape`].

@@ -158,7 +158,7 @@ pub fn measure(
         (cloud, _) => Scanned::Points { mesh: &scan.mesh, cloud: cloud.as_ref() },
     };
     if !is_cloud {
-        deviations.bridged = surface.on_bridges(&scan.mesh, deviations.noise, &hits);
+        deviations.bridged = surface.on_bridges(&scan.mesh, deviations.noise, &deviations.texels, &hits);
         deviations.sag = sag(&deviations, options.distance, &scan.mesh, &hits, &feet.feet);
         add_sag(&mut report.parts, &deviations);
     }
