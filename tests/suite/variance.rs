@@ -326,6 +326,27 @@ fn a_scan_with_the_other_side_out_is_turned() {
     assert!((parameters[0] - 21.0).abs() < 0.02, "{text}");
 }
 
+/// The base of a post half a millimetre above a plate is hidden, and faces the plate's outer side.
+#[test]
+fn what_rests_unseen_on_another_part_is_not_inside_out() {
+    let folder = tempdir().expect("a folder");
+    let folder = folder.path();
+    let stand = "use std.frame (translate)
+use std.solid (box, frustum)
+model stand {
+  param r: length in 5mm..15mm = 7mm
+  part plate = box(width: 60mm, depth: 40mm, height: 5mm)
+  part post = frustum(bottom: r, top: r - 3mm, height: 14mm).translate((0mm, 0mm, 5.5mm))
+}
+";
+    write(folder, "stand.gml", stand);
+    let scan =
+        ["scan", "stand.gml", "--no-pose", "--spacing", "1mm", "--noise", "0.03mm", "--seed", "5", "-o", "s.ply"];
+    gmlc(folder, &scan);
+    let text = gmlc(folder, &["variance", "stand.gml", "s.ply", "--resolution", "512", "-o", "out"]);
+    assert!(text.contains("post.base") && !text.contains("faces the inner one of the scan"), "{text}");
+}
+
 /// The scanned wall is 3 mm thick, the model's 1 mm: the scan's outer side is nearer to the model's inner one than the
 /// inner side is.
 #[test]

@@ -25,6 +25,8 @@ const ROUNDS: usize = 4000;
 /// The distance has settled where all further rounds, by the last two, would change it by less than this part of the
 /// size.
 const SETTLED: f64 = 1e-12;
+/// Places stand still that move by less than this part of the size in a round: a hundred times what feet are exact to.
+const STILL: f64 = 1e-7;
 /// Changes below this part of the size, and of the distance from the origin, are rounding.
 const ROUNDING: f64 = 1e-15;
 /// Pairs of places farther apart than this part of the size are looked at both; so many in each pair of patches.
@@ -167,14 +169,20 @@ impl Search<'_> {
         let mut second = foot(1, first.point, start[1].1)?;
         let (mut distance, mut change, mut rest) = (f64::INFINITY, f64::INFINITY, f64::INFINITY);
         for _ in 0..ROUNDS {
+            let before = first.point;
             first = foot(0, second.point, first.uv)?;
             second = foot(1, first.point, second.uv)?;
             let now = second.d2.sqrt();
             if !(first.d2.is_finite() && now.is_finite()) {
                 return Ok(None);
             }
-            let (last, step) = (change, (distance - now).abs());
+            let (last, step, grew) = (change, (distance - now).abs(), now > distance);
             (distance, change) = (now, step);
+            // Feet to and fro never grow apart: by so much they are exact. On what is nearly parallel they still move.
+            if grew && step <= FOOT * self.size && before.distance(first.point) <= STILL * self.size {
+                rest = step;
+                break;
+            }
             // Steps shrink by a factor, which gives the sum of those to come.
             let ratio = if last.is_finite() { (step / last).min(1.0) } else { 1.0 };
             rest =

@@ -107,12 +107,20 @@ fn topology(survey: &Survey) -> Option<String> {
     (!odd.is_empty()).then(|| format!("{}: the mesh was put together badly there", odd.join(", ")))
 }
 
+/// Points below this number may be as far apart as the shape of a thing is large, and then tell no noise from that.
+const FEW_POINTS: usize = 500;
+
 /// A scan that is thicker than its points are apart.
 fn layers(survey: &Survey) -> Option<String> {
     let spacing = survey.spacing[1];
+    let why = if survey.points < FEW_POINTS {
+        "so few points hardly tell noise from shape"
+    } else {
+        "were scans merged that do not fit together?"
+    };
     (spacing > 0.0 && survey.noise > spacing).then(|| {
         format!(
-            "its noise, {} mm, is larger than the distance of its points, {} mm: were scans merged that do not fit together?",
+            "its noise, {} mm, is larger than the distance of its points, {} mm: {why}",
             length(survey.noise),
             length(spacing)
         )

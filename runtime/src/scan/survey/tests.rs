@@ -56,6 +56,9 @@ fn what_looks_wrong_is_said() {
     let two = surveyed("a.obj", &two);
     assert_eq!(two.pieces, 2);
     assert!(said(&two, "it has 2 pieces"), "{:?}", two.suspicions);
+    // All over a cube of 100 mm.
+    let few: String = (0..60).map(|i| format!("v {} {} {}\n", i * 37 % 101, i * 53 % 97, i * 71 % 89)).collect();
+    assert!(said(&surveyed("a.obj", &few), "so few points hardly tell noise from shape"));
     let flat: String = (0..100).map(|i| format!("v {} {} 7\n", i % 10, i / 10)).collect();
     assert!(said(&surveyed("a.obj", &flat), "the same z"));
 }

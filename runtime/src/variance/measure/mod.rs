@@ -24,8 +24,8 @@ use super::surface::{Parametrised, Surface};
 use super::unmatched::Unmatched;
 use super::verdict::Grounds;
 use super::{
-    Deviations, Device, DistanceKind, Matching, MeasuredPoints, ParameterCovariance, Reference, ScanColours,
-    SensitivityRange, Tolerance, VarianceReport,
+    Deviations, Device, DistanceKind, Matching, MeasuredPoints, ParameterCovariance, PartStatistics, Reference,
+    ScanColours, SensitivityRange, Tolerance, VarianceReport,
 };
 use crate::bvh::Bvh;
 use crate::mesh::TriangleMesh;
@@ -205,12 +205,7 @@ pub fn measure(
     if reversed {
         report.warnings.push(TURNED.to_owned());
     }
-    if !contested.is_empty() {
-        let parts = contested.join(", ");
-        report.warnings.push(format!(
-            "the outer side of {parts} faces the inner one of the scan: signs are the model's, and `flip` would turn them"
-        ));
-    }
+    report.warnings.extend(turned_parts(&contested, &report));
 
     unless_cancelled(progress)?;
     progress.report("finding what the model does not explain", f64::NAN, "");
@@ -232,6 +227,20 @@ pub fn measure(
         conformance,
         sensitivity_maps: maps,
         scan_colours: colours,
+    })
+}
+
+/// A sentence on parts that face the other side of the scan, if there are any. What rests unseen on another part faces
+/// that part's side, which says nothing.
+fn turned_parts(contested: &[String], report: &VarianceReport) -> Option<String> {
+    let is_hidden = |part: &PartStatistics| 2.0 * part.statistics.ambiguous_area > part.statistics.area;
+    let hidden = |name: &str| report.parts.iter().any(|part| part.name == name && is_hidden(part));
+    let parts: Vec<&str> = contested.iter().map(String::as_str).filter(|name| !hidden(name)).collect();
+    (!parts.is_empty()).then(|| {
+        let parts = parts.join(", ");
+        format!(
+            "the outer side of {parts} faces the inner one of the scan: signs are the model's, and `flip` would turn them"
+        )
     })
 }
 
