@@ -1,6 +1,6 @@
 //! The optimum over a sample of the points, with which other shapes are compared.
 
-use super::{Rival, RivalOf, explains_more, largest};
+use super::{Rival, RivalOf, largest};
 use crate::fit::infer::sandwich::Uncertainty;
 use crate::fit::optimise::gauss_newton::{self, Minimum, Stop};
 use crate::fit::problem::level::Level;
@@ -54,7 +54,7 @@ impl<'s> Base<'s> {
         let worse = evidence > RIVAL_EVIDENCE && certainty > RIVAL_WORSE;
         // Two shapes that differ only in parameters that the scan does not determine are one, unless the scan prefers
         // the other.
-        let better = explains_more(evidence, certainty);
+        let better = of.is_preferred(evidence, certainty);
         let distinct = better || largest(self.uncertainty, &of.members, &step) > RIVAL_DEVIATIONS;
         let space = &self.level().space;
         let mut padded = step.clone();

@@ -19,7 +19,8 @@ use crate::fit::refine::schedule::{Guess, POLISH, Solution, polish};
 use crate::fit::refine::witness::{self, Witness};
 use crate::fit::register::group::{chains, groups};
 use crate::fit::tuning::{
-    RIVAL_BETTER, RIVAL_CONTRADICTED, RIVAL_DEVIATIONS, RIVAL_EVIDENCE, RIVALS_ADOPTED, THIN_POINTS,
+    RIVAL_BETTER, RIVAL_CONTRADICTED, RIVAL_DEVIATIONS, RIVAL_EVIDENCE, RIVALS_ADOPTED, THIN_POINTS, TURN_BETTER,
+    TURN_EVIDENCE,
 };
 use alone::Alone;
 use base::Base;
@@ -35,6 +36,16 @@ pub(crate) struct RivalOf {
     pub(crate) turned: bool,
     /// Positions of the parameters whose values the scan leaves open in the rival.
     pub(crate) open: Vec<usize>,
+}
+
+impl RivalOf {
+    /// Whether the scan prefers such a shape to the solution (see [`Rival`]). Of two poses of one shape, which a fit
+    /// may begin at as well, the better one is the optimum: it need not be so clearly better as a shape that few points
+    /// may have made.
+    fn is_preferred(&self, evidence: f64, certainty: f64) -> bool {
+        let [more, better] = if self.turned { [TURN_EVIDENCE, TURN_BETTER] } else { [RIVAL_EVIDENCE, RIVAL_BETTER] };
+        evidence < -more && certainty < -better
+    }
 }
 
 /// Another shape of the parts of one group, or another pose of the whole model.
@@ -152,7 +163,7 @@ impl Rivals {
     pub(crate) fn preferred(&self) -> Option<&Rival> {
         let better = |r: &&Rival| {
             r.relabelled
-                || explains_more(r.evidence, r.certainty)
+                || r.of.is_preferred(r.evidence, r.certainty)
                 || r.contradicted < self.contradicted - RIVAL_CONTRADICTED * self.chance
         };
         self.rivals.iter().filter(better).min_by(|a, b| {
@@ -186,11 +197,6 @@ impl Rivals {
         }
         (uncertainty, included)
     }
-}
-
-/// Whether a shape explains the scan clearly better than the solution (see `Rival`).
-fn explains_more(evidence: f64, certainty: f64) -> bool {
-    evidence < -RIVAL_EVIDENCE && certainty < -RIVAL_BETTER
 }
 
 /// The largest part of a step along some coordinates, in standard deviations.
