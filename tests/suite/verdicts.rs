@@ -161,3 +161,32 @@ fn a_coarse_texture_passes_nothing_that_a_fine_one_rejects() {
         assert!((value - truth).abs() < 0.006, "{square} for {truth}");
     }
 }
+
+/// The verdict of a part in out/variance.json.
+fn verdict_of(folder: &Path, name: &str) -> serde_json::Value {
+    let report = json(&folder.join("out/variance.json"));
+    let parts = report["parts"].as_array().expect("a list");
+    parts.iter().find(|part| part["name"] == name).unwrap_or_else(|| panic!("{report}"))["verdict"].clone()
+}
+
+/// The bottom of a slot of 1.2 mm that is 0.8 mm too high: the corners of the scan's triangles are nearer to its walls
+/// than to where it should be.
+#[test]
+fn a_narrow_face_that_is_off_by_more_than_half_its_width_does_not_conform() {
+    let folder = tempdir().expect("a folder");
+    let folder = folder.path();
+    let text = "model m {\n  param depth: length in 0.5mm..3mm = 2mm\n  part p = \
+        box(width: 12mm, depth: 10mm, height: 5mm) - {slot: box(width: 1.2mm, depth: 20mm, height: 10mm)\
+        .translate((0mm, 0mm, 5mm - depth))}\n}\n";
+    std::fs::write(folder.join("m.gml"), text).expect("written");
+    let scan = "scan m.gml -p depth=1.2mm --scanner ct --no-pose --spacing 0.2mm --noise 0.03mm --seed 5 -o s.ply";
+    gmlc(folder, &scan.split(' ').collect::<Vec<_>>());
+    fails(
+        folder,
+        &"variance -q m.gml s.ply --tolerance 0.3mm --resolution 256 -o out".split(' ').collect::<Vec<_>>(),
+        3,
+    );
+    let verdict = verdict_of(folder, "p.slot.base");
+    assert!((verdict["value"].as_f64().expect("a number") - 0.8).abs() < 0.03, "{verdict}");
+    assert_eq!(verdict["outcome"], "does not conform", "{verdict}");
+}

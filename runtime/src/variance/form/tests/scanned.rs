@@ -201,6 +201,28 @@ fn faces_beside_inner_edges_and_steps_are_perfect_and_not_rejected() {
     }
 }
 
+/// A post that stands 2 mm beside its place: of its circles about the model's axis 0.4 mm are no form, nor is what rays
+/// of its end meet below it.
+#[test]
+fn a_post_that_stands_aside_is_round_and_straight_and_its_end_flat() {
+    let text = "use std.surface (cylinder, disc, flip)
+use std.frame (translate)
+model m {
+  param x: length = 0mm
+  let at = |shape| translate(shape, (x, 0mm, 0mm))
+  part wall = at(cylinder(5mm, 20mm))
+  part top = at(translate(disc(5mm), (0mm, 0mm, 20mm)))
+  part base = at(flip(disc(5mm)))
+}";
+    let report = measured(&compiled(text), &[2.0], 0.03, 1, &options());
+    for part in &report.parts {
+        for found in part.form.as_ref().expect("a form").characteristics() {
+            let WithoutNoise { corrected, uncertainty, .. } = found.without_noise;
+            assert!(corrected < 2.0 * uncertainty && uncertainty < 0.06, "{}: {found:?}", part.name);
+        }
+    }
+}
+
 #[test]
 #[ignore = "the table of decision 0048: ten minutes"]
 fn how_often_known_forms_are_found() {
