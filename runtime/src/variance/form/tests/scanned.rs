@@ -218,7 +218,8 @@ model m {
     for part in &report.parts {
         for found in part.form.as_ref().expect("a form").characteristics() {
             let WithoutNoise { corrected, uncertainty, .. } = found.without_noise;
-            assert!(corrected < 2.0 * uncertainty && uncertainty < 0.06, "{}: {found:?}", part.name);
+            // The end has some 70 points; what was no form was 0.4 to 0.5 mm.
+            assert!(corrected < 2.0 * uncertainty && uncertainty < 0.1, "{}: {found:?}", part.name);
         }
     }
 }
