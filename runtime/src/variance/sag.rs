@@ -33,8 +33,8 @@ pub struct Sag {
 }
 
 /// The sag at every texel, positive where the scan's triangle lies outside; NaN where it is not known: without a
-/// distance, where a triangle bridges an edge, or where a corner has its foot on another face, as all of a rim have that
-/// is lower than the wall below it is thick. Millimetres. `hits` are the places that the texels have their
+/// distance, where a triangle bridges an edge, or where a corner has its foot on another face, as all of a rim have
+/// that is lower than the wall below it is thick. Millimetres. `hits` are the places that the texels have their
 /// distances from, `feet` those of the scan's points on the surface.
 ///
 /// A texel at p with the unit normal n sees a triangle at the weights w of its corners, whose feet on the surface are

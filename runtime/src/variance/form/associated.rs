@@ -112,8 +112,8 @@ pub(super) fn in_position(shape: &Recognised, points: &[Point]) -> (Recognised, 
 }
 
 /// The surface of least squares of the points that lie on it, and their numbers. Many points that lie off it, as where
-/// rays of a part meet another one, draw the first surface to them and hide in its spread: what is off is asked again of
-/// the surface of the others, until that says the same.
+/// rays of a part meet another one, draw the first surface to them and hide in its spread: what is off is asked again
+/// of the surface of the others, until that says the same.
 pub(super) fn of_those_on_it<S>(
     first: S,
     heights: impl Fn(&S) -> Vec<f64>,
