@@ -1,12 +1,10 @@
 //! The model's surface as facets.
 
-use super::foot::Foot;
 use super::layout::{Grid, Layout, bounds};
 use super::tree::{Tree, triangle_closest};
 use super::trim::{Crossed, Keep};
 use super::tuning::GRAZING;
 use crate::mesh::Bounds;
-use crate::model::{EvaluationError, Instance};
 use glam::DVec3;
 use std::borrow::Cow;
 
@@ -45,20 +43,9 @@ pub(super) enum Orientation {
 }
 
 impl Facets<'_> {
-    /// The points of a patch nearest to some others, from places near to them: of what is there of it where `instance`,
-    /// for which these facets are, puts it. Those of which nothing is there are infinitely far.
-    ///
-    /// # Errors
-    /// The patch cannot be evaluated.
-    pub(crate) fn feet(
-        &self,
-        instance: &dyn Instance,
-        patch: usize,
-        q: &[DVec3],
-        uv: &[[f64; 2]],
-        tolerance: f64,
-    ) -> Result<Vec<Foot>, EvaluationError> {
-        self.grids[patch].feet(instance, patch, q, uv, tolerance)
+    /// The grid of a patch, with lines where its breaks are.
+    pub(crate) fn grid(&self, patch: usize) -> &Grid {
+        &self.grids[patch]
     }
 
     /// Takes patches out, so that they are no longer found.

@@ -36,7 +36,7 @@ pub(crate) struct Layout {
 
 /// The grid of one patch.
 #[derive(Clone, Debug)]
-pub(super) struct Grid {
+pub(crate) struct Grid {
     /// Its first vertex.
     pub(super) first: usize,
     /// u of the columns and v of the rows; none where the patch is left out.
@@ -84,7 +84,7 @@ impl Grid {
     ///
     /// # Errors
     /// The patch cannot be evaluated.
-    pub(super) fn feet(
+    pub(crate) fn feet(
         &self,
         instance: &dyn Instance,
         patch: usize,
@@ -198,7 +198,7 @@ impl Layout {
     fn followed(&self, instance: &dyn Instance) -> (Cow<'_, [Grid]>, Cow<'_, [[f64; 2]]>) {
         let (mut grids, mut uv) = (Cow::Borrowed(&self.grids[..]), Cow::Borrowed(&self.uv[..]));
         for (patch, trail) in self.trails.iter().enumerate() {
-            // What cannot be evaluated has no facets.
+            // A patch that cannot be evaluated has no facets, and needs no lines that follow.
             if let Ok(Some(breaks)) = trail.followed(instance, patch) {
                 let grid = &mut grids.to_mut()[patch];
                 grid.follow(&breaks);
@@ -210,19 +210,9 @@ impl Layout {
         (grids, uv)
     }
 
-    /// The points of a patch nearest to some others, at the shape that the layout was made for: as those of its facets.
-    ///
-    /// # Errors
-    /// The patch cannot be evaluated.
-    pub(crate) fn feet(
-        &self,
-        instance: &dyn Instance,
-        patch: usize,
-        q: &[DVec3],
-        uv: &[[f64; 2]],
-        tolerance: f64,
-    ) -> Result<Vec<Foot>, EvaluationError> {
-        self.grids[patch].feet(instance, patch, q, uv, tolerance)
+    /// The grid of a patch at the shape that the layout was made for.
+    pub(crate) fn grid(&self, patch: usize) -> &Grid {
+        &self.grids[patch]
     }
 
     /// Patches that are no more than this farther from a point than the nearest one by facets may be the nearest by

@@ -150,7 +150,8 @@ impl<'a> ExactSurface<'a> {
             let patch = run[0].0;
             let (q, uv): (Vec<DVec3>, Vec<[f64; 2]>) = run.iter().map(|(_, i, uv)| (places[*i].point, *uv)).unzip();
             // A patch that cannot be evaluated has no feet.
-            let found = self.facets.feet(self.instance, patch as usize, &q, &uv, TOLERANCE * self.size);
+            let found =
+                self.facets.grid(patch as usize).feet(self.instance, patch as usize, &q, &uv, TOLERANCE * self.size);
             for ((_, i, _), foot) in run.iter().zip(found.unwrap_or_default()) {
                 feet[*i].push((patch, foot));
             }
@@ -184,7 +185,8 @@ impl<'a> ExactSurface<'a> {
         let near = self.facets.nearest_of_patches(query, self.layout.rivalry() + SAME * self.size);
         near.into_iter().filter_map(move |n| {
             let patch = n.patch as usize;
-            let feet = self.facets.feet(self.instance, patch, &[place], &[n.uv], TOLERANCE * self.size).ok()?;
+            let feet =
+                self.facets.grid(patch).feet(self.instance, patch, &[place], &[n.uv], TOLERANCE * self.size).ok()?;
             let foot = feet.first().filter(|foot| foot.d2.sqrt() <= SAME * self.size)?;
             Some(self.normal(n.patch, foot))
         })

@@ -201,7 +201,7 @@ impl Search<'_> {
     /// The foot of a point on what is there of a patch, from near a place.
     fn foot(&self, side: usize, patch: usize, q: DVec3, uv: [f64; 2]) -> Result<Foot, EvaluationError> {
         let feet = |from: &[[f64; 2]]| {
-            self.layouts[side].feet(self.instance, patch, &vec![q; from.len()], from, FOOT * self.size)
+            self.layouts[side].grid(patch).feet(self.instance, patch, &vec![q; from.len()], from, FOOT * self.size)
         };
         let Some(middle) = self.middles[patch].filter(|_| self.model.keep(patch).is_some()) else {
             return Ok(feet(&[uv])?[0]);

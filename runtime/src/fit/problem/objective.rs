@@ -324,7 +324,7 @@ impl Objective<'_> {
         let of_patch = |points: &[Correspondence]| {
             let patch = points[0].patch as usize;
             let (q, uv): (Vec<DVec3>, Vec<[f64; 2]>) = points.iter().map(|p| (p.q, p.uv)).unzip();
-            let feet = placed.facets.feet(&*placed.instance, patch, &q, &uv, self.tolerance).ok()?;
+            let feet = placed.facets.grid(patch).feet(&*placed.instance, patch, &q, &uv, self.tolerance).ok()?;
             let loss =
                 |(foot, point): (&Foot, &Correspondence)| self.loss.at(foot.d2).times(self.points.prior(point.index));
             let losses = feet.iter().zip(points).map(loss).collect();

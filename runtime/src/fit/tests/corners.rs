@@ -90,7 +90,7 @@ fn feet_around_corners_are_exact() {
             // From outside the walk goes around the corner, too; 0.02 is 2.4 mm.
             for aside in if beyond { &[0.0, 1e-7, 1e-4, -1e-4, 0.02, -0.02][..] } else { &[0.0] } {
                 let uv = [near.uv[0] + aside, near.uv[1]];
-                let foot = layout.feet(&*instance, 0, &[q], &[uv], 1e-7).unwrap()[0];
+                let foot = layout.grid(0).feet(&*instance, 0, &[q], &[uv], 1e-7).unwrap()[0];
                 let d = foot.d2.sqrt();
                 assert!((d - expected).abs() < 1e-9, "{q} from {aside} aside: {d}, not {expected}");
             }

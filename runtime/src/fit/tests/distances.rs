@@ -61,7 +61,7 @@ fn distances_are_those_of_the_exact_surface_whatever_the_facets() {
                 let off = DVec3::new(at(&mut rng) - 0.5, at(&mut rng) - 0.5, at(&mut rng) - 0.5) * 8.0;
                 let q = DVec3::from_array(p[0]) + off;
                 let near = facets.nearest(Query::new(q, 50.0)).unwrap();
-                let foot = layout.feet(&*instance, 0, &[q], &[near.uv], 1e-7).unwrap()[0];
+                let foot = layout.grid(0).feet(&*instance, 0, &[q], &[near.uv], 1e-7).unwrap()[0];
                 let (d, expected) = (foot.d2.sqrt(), truth(shape, x, q));
                 assert!((d - expected).abs() < 1e-9 * SIZE, "{shape:?} {tolerance} at {q}: {d}, not {expected}");
             }

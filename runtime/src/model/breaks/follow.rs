@@ -5,8 +5,8 @@ use super::{Axis, Break, Breaks, Patch};
 use crate::model::surface::Instance;
 use gml_compiler::program::EvaluationError;
 
-/// How far from where it was a break is looked for at first, in the parameter. Doubled until both of its sides are
-/// found; as far from 0 and 1, where decisions are those of neither side.
+/// A break is looked for at first so far from where it was, in the parameter, and twice as far each time until both of
+/// its sides are found; never nearer to 0 and 1 than this, where decisions are those of neither side.
 const FIRST_REACH: f64 = 1e-12;
 
 /// The breaks of a patch, and the decisions on both sides of each, by which it is found again when parameters have
@@ -17,7 +17,7 @@ pub(crate) struct Trail {
     marks: Vec<Mark>,
 }
 
-/// What is known of one break.
+/// A break, and what it is found again by.
 #[derive(Clone, Copy, Debug)]
 struct Mark {
     axis: Axis,
@@ -45,6 +45,9 @@ impl Trail {
     /// # Errors
     /// The surface cannot be evaluated.
     pub(crate) fn new(instance: &dyn Instance, patch: usize, breaks: Breaks) -> Result<Self, EvaluationError> {
+        if breaks.oblique {
+            return Ok(Self { breaks, marks: Vec::new() });
+        }
         let patch = Patch { instance, patch };
         let of_axis = |(axis, breaks): (Axis, &[Break])| {
             let marked = move |(number, at): (usize, &Break)| {
@@ -54,9 +57,6 @@ impl Trail {
         };
         let all: Vec<Mark> =
             [(Axis::U, &breaks.u[..]), (Axis::V, &breaks.v[..])].into_iter().flat_map(of_axis).collect();
-        if breaks.oblique {
-            return Ok(Self { breaks, marks: Vec::new() });
-        }
         let sides = patch.sides(&all)?;
         let signed = all.iter().zip(sides).map(|(mark, signatures)| Mark { signatures, ..*mark });
         let mut marks: Vec<Mark> = signed.filter(|mark| mark.signatures[0] != mark.signatures[1]).collect();

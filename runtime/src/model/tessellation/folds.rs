@@ -40,10 +40,7 @@ pub(super) fn drop(mesh: &mut Refinement<'_>, is_trimmed: &[bool]) {
 /// beside a fold was closed.
 pub(super) fn turn(mesh: &mut Refinement<'_>, is_trimmed: &[bool]) {
     let number = mesh.mesh.position_numbers();
-    let sides = |corners: [u32; 3]| {
-        let [a, b, c] = corners.map(|i| number[i as usize]);
-        [(a, b), (b, c), (c, a)]
-    };
+    let sides = |corners: [u32; 3]| sides(corners.map(|i| number[i as usize]));
     let mut at_side: HashMap<(u32, u32), Vec<usize>> = HashMap::new();
     for (triangle, corners) in mesh.mesh.triangles.iter().enumerate() {
         sides(*corners).into_iter().for_each(|side| at_side.entry(side).or_default().push(triangle));

@@ -97,8 +97,11 @@ fn fitted(points: &[DVec3], datum: Datum) -> Option<(Datum, Vec<DVec3>)> {
 pub(super) fn in_position(shape: &Recognised, points: &[Point]) -> (Recognised, Vec<Point>) {
     let at = |point: &Point| point.place.displaced(point.deviation);
     let sample: Vec<DVec3> = points.iter().step_by(points.len().div_ceil(zone::FITTED).max(1)).map(at).collect();
-    let found = shape.datum().and_then(|datum| Some((datum, fitted(&sample, datum)?.0)));
-    let Some((_, measured)) = found.filter(|(model, measured)| model.axis.dot(measured.axis) > SAME_WAY) else {
+    let in_measured_position = |model: Datum| {
+        let (measured, _) = fitted(&sample, model)?;
+        (model.axis.dot(measured.axis) > SAME_WAY).then_some(measured)
+    };
+    let Some(measured) = shape.datum().and_then(in_measured_position) else {
         return (*shape, points.to_vec());
     };
     let placed = measured.placed();
