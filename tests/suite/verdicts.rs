@@ -190,3 +190,28 @@ fn a_narrow_face_that_is_off_by_more_than_half_its_width_does_not_conform() {
     assert!((verdict["value"].as_f64().expect("a number") - 0.8).abs() < 0.03, "{verdict}");
     assert_eq!(verdict["outcome"], "does not conform", "{verdict}");
 }
+
+/// The floor of a pocket that is 0.6 mm too high: all corners of the triangles between it and the walls are nearer to
+/// the walls than to where the floor should be. The walls had flatness of 0.09 to 0.16 mm, ten times the uncertainty.
+#[test]
+fn perfect_walls_beside_a_floor_that_has_moved_are_flat() {
+    let folder = tempdir().expect("a folder");
+    let folder = folder.path();
+    let text = "model m {\n  param deep: length in 2mm..10mm = 6mm\n  part p tolerance 0.12mm = \
+        box(width: 40mm, depth: 30mm, height: 12mm) - {pocket: box(width: 20mm, depth: 12mm, height: 20mm)\
+        .translate((0mm, 0mm, 12mm - deep))}\n}\n";
+    std::fs::write(folder.join("m.gml"), text).expect("written");
+    let scan = "scan m.gml -p deep=5.4mm --no-pose --spacing 0.5mm --noise 0.02mm --seed 1 -o s.ply";
+    gmlc(folder, &scan.split(' ').collect::<Vec<_>>());
+    fails(folder, &"variance -q m.gml s.ply --device cpu --min-coverage 0.7 -o out".split(' ').collect::<Vec<_>>(), 3);
+    assert_eq!(verdict_of(folder, "p.pocket.base")["outcome"], "does not conform");
+    let report = json(&folder.join("out/variance.json"));
+    for wall in ["right", "left", "front", "back"] {
+        let name = format!("p.pocket.{wall}");
+        assert_eq!(verdict_of(folder, &name)["outcome"], "conforms", "{name}");
+        let part = report["parts"].as_array().expect("a list").iter().find(|part| part["name"] == name.as_str());
+        let zone = &part.expect("it is measured")["form"]["zone"];
+        let [flatness, sd] = ["corrected", "uncertainty"].map(|key| zone[key].as_f64().expect("a number"));
+        assert!(flatness < 3.0 * sd && sd < 0.03, "{name}: {zone}");
+    }
+}

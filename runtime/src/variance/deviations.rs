@@ -114,6 +114,15 @@ impl Deviations {
         self.bridged.get(i).copied().unwrap_or(false)
     }
 
+    /// Marks texels as seeing triangles across edges, beside those that are known to.
+    pub(in crate::variance) fn add_bridged(&mut self, bridged: Vec<bool>) {
+        if self.bridged.is_empty() {
+            self.bridged = if bridged.contains(&true) { bridged } else { Vec::new() };
+        } else {
+            self.bridged.iter_mut().zip(bridged).for_each(|(known, bridged)| *known |= bridged);
+        }
+    }
+
     /// Removes distances of texels along +normal or -normal. Texels that have none left are ambiguous.
     pub(in crate::variance) fn refuse(&mut self, refused: &[(usize, [bool; 2])]) {
         if refused.is_empty() {

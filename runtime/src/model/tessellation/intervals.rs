@@ -128,6 +128,9 @@ const SITES: usize = 48;
 /// Steps of u that are tried: the longest ones that the bend along u allows, divided by powers of this, so many.
 const SHARE: f64 = 1.3;
 const SHARES: i32 = 49;
+/// Divisions have about as few cells as the one with the fewest up to this factor: whole numbers of steps alone differ
+/// by a twentieth.
+const ABOUT: f64 = 1.1;
 
 /// How far chords leave a surface: along u, along v and along both at once, in a frame of the surface.
 #[derive(Clone, Copy, Default)]
@@ -157,6 +160,14 @@ impl Bend {
             across: [across(vector(s.duu), du), across(vector(s.dvv), dv)],
             speed: [du.length(), dv.length()],
         }
+    }
+
+    /// By how much the normal turns over a cell with these steps. Radians.
+    fn turn(&self, [of_u, of_v]: [f64; 2]) -> f64 {
+        let along = (self.uu * of_u).abs() + (self.uv * of_v).abs();
+        let up = (self.uv * of_u).abs() + (self.vv * of_v).abs();
+        let turn = (along / self.speed[0]).hypot(up / self.speed[1]);
+        if turn.is_finite() { turn } else { 0.0 }
     }
 
     /// The longest step of v beside one of u with which the surface leaves the triangles of a cell by an eighth of
@@ -231,6 +242,16 @@ impl Lattice {
         longest
     }
 
+    /// By how much the normal turns over a cell, at most, for steps of the intervals of u and of v. Radians.
+    fn turn(&self, steps: &[Vec<f64>; 2]) -> f64 {
+        let width = self.of_site[0].len();
+        let of_site = |(i, bend): (usize, &Bend)| {
+            let interval = |k: usize, site: usize| steps[k][self.of_site[k][site]];
+            bend.turn([interval(0, i % width), interval(1, i / width)])
+        };
+        self.bends.iter().enumerate().map(of_site).fold(0.0, f64::max)
+    }
+
     /// Limits the bends at ends of intervals, which may be as good as infinite, to some times those between.
     fn tame_ends(&mut self) {
         const MOST: f64 = 4.0;
@@ -255,7 +276,9 @@ impl Lattice {
 }
 
 /// Divides the intervals of a patch so that its triangles leave the surface by about the tolerance, by second order,
-/// with as few of them as even steps allow; and so that no edge is longer than wanted.
+/// with as few of them as even steps allow; and so that no edge is longer than wanted. Of divisions with about as few
+/// that is taken over whose cells the normal turns least: on a twisted surface cells over the whole width keep to any
+/// chord, and their normals and their area never become those of the surface (Schwarz's lantern).
 pub(super) fn divide(
     instance: &dyn Instance,
     patch: usize,
@@ -275,22 +298,29 @@ pub(super) fn divide(
         axis.iter().zip(steps).map(count).collect()
     };
     let sum = |counts: &[u32]| counts.iter().map(|n| f64::from(*n)).sum::<f64>();
-    let (mut best, mut least) = (Default::default(), f64::INFINITY);
+    let widths = axes.each_ref().map(|axis| axis.iter().map(|i| i.end() - i.start()).collect::<Vec<f64>>());
+    let turn = |counts: &[Vec<u32>; 2]| {
+        let steps = |k: usize| widths[k].iter().zip(&counts[k]).map(|(width, n)| width / f64::from(*n)).collect();
+        lattice.turn(&[steps(0), steps(1)])
+    };
+    let (mut divisions, mut least) = (Vec::new(), f64::INFINITY);
     for k in 0..SHARES {
         let of_u: Vec<f64> = alone.iter().map(|step| SHARE.powi(-k) * step).collect();
         let in_u = counts(&axes[0], &of_u);
         // With shorter steps of u there are only more of them.
-        if sum(&in_u) * axes[1].len() as f64 >= least {
+        if sum(&in_u) * axes[1].len() as f64 > ABOUT * least {
             break;
         }
         let of_v = lattice.longest(1, axes, fineness, most, |bend, of| bend.longest_v(of_u[of], most));
         let in_v = counts(&axes[1], &of_v);
         let total = sum(&in_u) * sum(&in_v);
-        if total < least {
-            (best, least) = ([in_u, in_v], total);
-        }
+        least = least.min(total);
+        divisions.push((total, [in_u, in_v]));
     }
-    for (axis, best) in axes.iter_mut().zip::<[Vec<u32>; 2]>(best) {
+    let few = divisions.into_iter().filter(|(total, _)| *total <= ABOUT * least);
+    let turning = few.map(|(_, counts)| (turn(&counts), counts));
+    let best = turning.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, counts)| counts);
+    for (axis, best) in axes.iter_mut().zip(best.unwrap_or_default()) {
         axis.iter_mut().zip(best).for_each(|(interval, segments)| interval.divide(segments as usize));
     }
     Ok(())

@@ -78,7 +78,7 @@ impl Associated {
 }
 
 /// The surface of least squares of the points that lie on it, and these.
-fn fitted(points: &[DVec3], datum: Datum) -> Option<(Datum, Vec<DVec3>)> {
+pub(super) fn fitted(points: &[DVec3], datum: Datum) -> Option<(Datum, Vec<DVec3>)> {
     let first = zone::least_squares(points, datum, zone::FITTED);
     let heights = |surface: &Datum| {
         let placed = surface.placed();

@@ -12,7 +12,10 @@ use super::averaging::{DEFAULT_WIDTH, MAX_WIDTH, average_normals};
 use super::cloud::{self, Cloud};
 use super::detection::detect;
 use super::explained::explain;
-use super::form::{Members, ScanNoise, ScannedSurface, form_deviations, point_measures, recognise, relations, unfit};
+use super::form::{
+    Members, ScanNoise, ScannedSurface, across_moved_edges, form_deviations, point_measures, recognise, relations,
+    unfit,
+};
 use super::nothing::{self, Misfit};
 use super::orientation::{Facings, turn, turn_mesh};
 use super::peaks::peaks;
@@ -158,7 +161,10 @@ pub fn measure(
         (cloud, _) => Scanned::Points { mesh: &scan.mesh, cloud: cloud.as_ref() },
     };
     if !is_cloud {
-        deviations.bridged = surface.on_bridges(&scan.mesh, deviations.noise, &deviations.texels, &hits);
+        let bridged = surface.on_bridges(&scan.mesh, deviations.noise, &deviations.texels, &hits);
+        deviations.add_bridged(bridged);
+        let bridged = across_moved_edges(&deviations, &shapes, &scan.mesh, &hits);
+        deviations.add_bridged(bridged);
         deviations.sag = sag(&deviations, options.distance, &scan.mesh, &hits, &feet.feet);
         add_sag(&mut report.parts, &deviations);
     }
