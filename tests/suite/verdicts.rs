@@ -212,6 +212,7 @@ fn perfect_walls_beside_a_floor_that_has_moved_are_flat() {
         let part = report["parts"].as_array().expect("a list").iter().find(|part| part["name"] == name.as_str());
         let zone = &part.expect("it is measured")["form"]["zone"];
         let [flatness, sd] = ["corrected", "uncertainty"].map(|key| zone[key].as_f64().expect("a number"));
-        assert!(flatness < 3.0 * sd && sd < 0.03, "{name}: {zone}");
+        // Noise of 0.02 mm at points 0.5 mm apart leaves up to 0.031 mm on walls of 5.4 mm.
+        assert!(flatness < 3.0 * sd && sd < 0.04, "{name}: {zone}");
     }
 }

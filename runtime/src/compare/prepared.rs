@@ -7,6 +7,7 @@ use crate::feet::layout::Layout;
 use crate::feet::signed::{Place, Target};
 use crate::mesh::Bounds;
 use crate::model::Standing;
+use crate::progress::Silent;
 use crate::variance::{Facings, MeasureError, Parametrised, Reference, Resolution, Surface, target, turn};
 use glam::DVec3;
 
@@ -25,7 +26,7 @@ impl<'a> Prepared<'a> {
     pub(super) fn new(reference: Reference<'a>, resolution: Resolution) -> Result<Self, MeasureError> {
         let mut surface = match reference {
             Reference::Mesh(mesh) => sampled::mesh(mesh, resolution)?,
-            Reference::Model { .. } => Surface::new(reference, resolution, None)?,
+            Reference::Model { .. } => Surface::new(reference, resolution, None, &Silent)?,
         };
         if surface.inverted.contains(&true) {
             turn(&mut surface.texels, &mut surface.tessellation.mesh, &surface.inverted);

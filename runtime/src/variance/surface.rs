@@ -11,6 +11,7 @@ use crate::model::{
     Atlas, AtlasError, Closedness, Fineness, Instance, LARGEST, Material, Model, Motion, Passages, ReferenceSurface,
     SMALLEST, Sensitivities, SensitivityMaps, Standing, Tessellation, Texels, divided,
 };
+use crate::progress::Progress;
 use glam::DVec3;
 use std::time::Instant;
 
@@ -117,9 +118,10 @@ impl<'a> Surface<'a> {
         reference: Reference<'a>,
         resolution: Resolution,
         shared: Option<&Atlas>,
+        progress: &dyn Progress,
     ) -> Result<Self, MeasureError> {
         match reference {
-            Reference::Model { model, x, motion } => Self::of_model(model, x, motion, resolution, shared),
+            Reference::Model { model, x, motion } => Self::of_model(model, x, motion, (resolution, shared), progress),
             Reference::Mesh(mesh) => Self::of_mesh(mesh, resolution),
         }
     }
@@ -128,10 +130,12 @@ impl<'a> Surface<'a> {
         model: &'a dyn Model,
         x: &[f64],
         motion: Motion,
-        resolution: Resolution,
-        shared: Option<&Atlas>,
+        (resolution, shared): (Resolution, Option<&Atlas>),
+        progress: &dyn Progress,
     ) -> Result<Self, MeasureError> {
         let started = Instant::now();
+        let go_on = || if progress.cancelled() { Err(MeasureError::Interrupted) } else { Ok(()) };
+        go_on()?;
         let instance = model.instantiate(x)?;
         // Before the work: what is found later took the most triangles that there may be. A coarse mesh may have places
         // without a value that the texels do not have.
@@ -145,18 +149,24 @@ impl<'a> Surface<'a> {
             (Some(atlas), _) => atlas.clone(),
             (None, resolution) => resolution.layout(model, &*instance)?,
         };
+        go_on()?;
         let mut texels = Texels::of_model(model, &*instance, &atlas)?;
+        go_on()?;
         let seconds = started.elapsed().as_secs_f64();
         let size = texels.position.iter().copied().map(DVec3::from_array).collect::<Bounds>().diagonal();
         let edge = if size > 0.0 { LONGEST_EDGE * size } else { f64::INFINITY };
         let fineness = Fineness { edge, ..Fineness::default() };
         let fineness = Fineness { chord: fineness.chord.max(LEAST_CHORD * size), ..fineness };
         let mut tessellation = Tessellation::new(model, &*instance, fineness)?.with_atlas(&atlas);
+        go_on()?;
         let mut inverted = vec![false; model.parts().len()];
         let turned = Closedness::inverted(model, &*instance)?;
         turned.iter().for_each(|patch| inverted[*patch] = true);
+        go_on()?;
         let material = Material::of(model, &*instance, &turned, size)?;
+        go_on()?;
         let standing = material.of_texels(&texels);
+        go_on()?;
         motion.move_texels(&mut texels);
         motion.move_tessellation(&mut tessellation);
         let tolerances = model.tolerances(x)?.into_iter();

@@ -94,7 +94,7 @@ pub fn measure(
 ) -> Result<Measurement, MeasureError> {
     require_what_scan_has(scan, options)?;
     progress.report("sampling the surface", f64::NAN, "");
-    let mut surface = Surface::new(reference, options.resolution, options.atlas.as_deref())?;
+    let mut surface = Surface::new(reference, options.resolution, options.atlas.as_deref(), progress)?;
     let tolerances: Vec<Option<Tolerance>> = surface.tolerances.iter().map(|t| t.or(options.tolerance)).collect();
     let size = surface.tessellation.mesh.bounds().diagonal();
     let max_distance = max_distance(options.max_distance, size, &tolerances, scan.noise)?;

@@ -403,3 +403,20 @@ fn dense_creases_are_not_crumpled() {
         assert_eq!(open_edges(&mesh), 0, "{chord}");
     }
 }
+
+/// The area of a hyperbolic paraboloid, whose lines are straight both ways: cells over its whole width keep any chord,
+/// and their area stays too large (Schwarz's lantern; 4 % of a square loft that turns by 30 degrees).
+#[test]
+fn areas_of_twisted_surfaces_become_theirs() {
+    let program = program("part p = |u: real, v: real| (u * 20mm, v * 20mm, u * v * 30mm)");
+    // The mean of |n| over the square, by the midpoint rule: its error is below 1e-5.
+    let steps = 400;
+    let at = |i: i32| (f64::from(i) + 0.5) / f64::from(steps);
+    let density = |(u, v): (f64, f64)| DVec3::new(-600.0 * v, -600.0 * u, 400.0).length();
+    let sum: f64 = (0..steps).flat_map(|i| (0..steps).map(move |j| density((at(i), at(j))))).sum();
+    let exact = sum / f64::from(steps * steps);
+    for (chord, most) in [(0.1, 4e-3), (0.02, 1e-3), (0.004, 3e-4)] {
+        let area = tessellate(&program, chord).mesh.area();
+        assert!((area / exact - 1.0).abs() < most, "{area} for {exact} with a chord of {chord}");
+    }
+}
