@@ -51,9 +51,9 @@ pub(in crate::variance) fn across_moved_edges(
     deviations.texels.part.par_iter().zip(hits).map(sees_one).collect()
 }
 
-/// The corner of a triangle of the scan with the largest weight at a place of it. A part's texels have most of theirs on
-/// the part, and so these corners, one for each texel, are a sample of its surface by area; of all corners of a narrow
-/// wall's triangles two fifths may be the floor's.
+/// The corner of a triangle of the scan with the largest weight at a place of it. A part's texels have most of theirs
+/// on the part, and so these corners, one for each texel, are a sample of its surface by area; of all corners of a
+/// narrow wall's triangles two fifths may be the floor's.
 fn nearest_corner(hit: &Hit, mesh: &TriangleMesh) -> DVec3 {
     let [a, b, c] = hit.weights;
     let nearest = if a >= b.max(c) { 0 } else { 1 + usize::from(c > b) };
