@@ -114,13 +114,10 @@ impl Deviations {
         self.bridged.get(i).copied().unwrap_or(false)
     }
 
-    /// Marks texels as seeing triangles across edges, beside those that are known to.
-    pub(in crate::variance) fn add_bridged(&mut self, bridged: Vec<bool>) {
-        if self.bridged.is_empty() {
-            self.bridged = if bridged.contains(&true) { bridged } else { Vec::new() };
-        } else {
-            self.bridged.iter_mut().zip(bridged).for_each(|(known, bridged)| *known |= bridged);
-        }
+    /// Marks texels as seeing triangles across edges: those that bridge edges of the model, and moved ones.
+    pub(in crate::variance) fn mark_bridged(&mut self, mut bridges: Vec<bool>, moved: &[bool]) {
+        bridges.iter_mut().zip(moved).for_each(|(bridged, moved)| *bridged |= moved);
+        self.bridged = if bridges.contains(&true) { bridges } else { Vec::new() };
     }
 
     /// Removes distances of texels along +normal or -normal. Texels that have none left are ambiguous.

@@ -1,5 +1,6 @@
 //! The surface that a scan is measured from: a model at certain parameters, or a reference mesh.
 
+use super::measure::unless_cancelled;
 use super::orientation::is_inside_out;
 use super::reach::Reach;
 use super::{MeasureError, Tolerance};
@@ -134,8 +135,7 @@ impl<'a> Surface<'a> {
         progress: &dyn Progress,
     ) -> Result<Self, MeasureError> {
         let started = Instant::now();
-        let go_on = || if progress.cancelled() { Err(MeasureError::Interrupted) } else { Ok(()) };
-        go_on()?;
+        unless_cancelled(progress)?;
         let instance = model.instantiate(x)?;
         // Before the work: what is found later took the most triangles that there may be. A coarse mesh may have places
         // without a value that the texels do not have.
@@ -149,24 +149,24 @@ impl<'a> Surface<'a> {
             (Some(atlas), _) => atlas.clone(),
             (None, resolution) => resolution.layout(model, &*instance)?,
         };
-        go_on()?;
+        unless_cancelled(progress)?;
         let mut texels = Texels::of_model(model, &*instance, &atlas)?;
-        go_on()?;
+        unless_cancelled(progress)?;
         let seconds = started.elapsed().as_secs_f64();
         let size = texels.position.iter().copied().map(DVec3::from_array).collect::<Bounds>().diagonal();
         let edge = if size > 0.0 { LONGEST_EDGE * size } else { f64::INFINITY };
         let fineness = Fineness { edge, ..Fineness::default() };
         let fineness = Fineness { chord: fineness.chord.max(LEAST_CHORD * size), ..fineness };
         let mut tessellation = Tessellation::new(model, &*instance, fineness)?.with_atlas(&atlas);
-        go_on()?;
+        unless_cancelled(progress)?;
         let mut inverted = vec![false; model.parts().len()];
         let turned = Closedness::inverted(model, &*instance)?;
         turned.iter().for_each(|patch| inverted[*patch] = true);
-        go_on()?;
+        unless_cancelled(progress)?;
         let material = Material::of(model, &*instance, &turned, size)?;
-        go_on()?;
+        unless_cancelled(progress)?;
         let standing = material.of_texels(&texels);
-        go_on()?;
+        unless_cancelled(progress)?;
         motion.move_texels(&mut texels);
         motion.move_tessellation(&mut tessellation);
         let tolerances = model.tolerances(x)?.into_iter();

@@ -243,13 +243,14 @@ impl Lattice {
         longest
     }
 
-    /// By how much twist turns the normal over a cell, at most, for steps of the intervals of u and of v. Radians.
-    fn turn(&self, steps: &[Vec<f64>; 2]) -> f64 {
+    /// By how much twist turns the normal over a cell, at most, of intervals in so many steps. Radians.
+    fn turn(&self, axes: &Axes, counts: &[Vec<u32>; 2]) -> f64 {
         let width = self.of_site[0].len();
-        let of_site = |(i, bend): (usize, &Bend)| {
-            let interval = |k: usize, site: usize| steps[k][self.of_site[k][site]];
-            bend.turn([interval(0, i % width), interval(1, i / width)])
+        let step = |k: usize, site: usize| {
+            let i = self.of_site[k][site];
+            (axes[k][i].end() - axes[k][i].start()) / f64::from(counts[k][i])
         };
+        let of_site = |(i, bend): (usize, &Bend)| bend.turn([step(0, i % width), step(1, i / width)]);
         self.bends.iter().enumerate().map(of_site).fold(0.0, f64::max)
     }
 
@@ -299,11 +300,6 @@ pub(super) fn divide(
         axis.iter().zip(steps).map(count).collect()
     };
     let sum = |counts: &[u32]| counts.iter().map(|n| f64::from(*n)).sum::<f64>();
-    let widths = axes.each_ref().map(|axis| axis.iter().map(|i| i.end() - i.start()).collect::<Vec<f64>>());
-    let turn = |counts: &[Vec<u32>; 2]| {
-        let steps = |k: usize| widths[k].iter().zip(&counts[k]).map(|(width, n)| width / f64::from(*n)).collect();
-        lattice.turn(&[steps(0), steps(1)])
-    };
     let (mut divisions, mut least) = (Vec::new(), f64::INFINITY);
     for k in 0..SHARES {
         let of_u: Vec<f64> = alone.iter().map(|step| SHARE.powi(-k) * step).collect();
@@ -319,7 +315,7 @@ pub(super) fn divide(
         divisions.push((total, [in_u, in_v]));
     }
     let few = divisions.into_iter().filter(|(total, _)| *total <= ABOUT * least);
-    let turning = few.map(|(total, counts)| (turn(&counts).max(TURNED), total, counts));
+    let turning = few.map(|(total, counts)| (lattice.turn(axes, &counts).max(TURNED), total, counts));
     let best = turning.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1))).map(|(_, _, counts)| counts);
     for (axis, best) in axes.iter_mut().zip(best.unwrap_or_default()) {
         axis.iter_mut().zip(best).for_each(|(interval, segments)| interval.divide(segments as usize));

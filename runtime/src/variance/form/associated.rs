@@ -10,7 +10,7 @@ use glam::DVec3;
 use nalgebra::{DMatrix, DVector};
 
 /// Points are left out that lie farther than so many robust standard deviations from the surface of least squares.
-const OUTLYING: f64 = 4.0;
+pub(super) const OUTLYING: f64 = 4.0;
 
 /// Passes after which the points that lie on a surface are those of the pass before, or nearly.
 const PASSES: usize = 20;

@@ -37,7 +37,7 @@ pub(in crate::variance) struct ScannedSurface<'a> {
 
 impl ScannedSurface<'_> {
     /// By texel, whether what it sees of the scan is a triangle that bridges an edge or a step, or one that faces
-    /// another way; empty where no triangle does. `hits` are the places that the texels have their distances from,
+    /// another way. `hits` are the places that the texels have their distances from,
     /// `noise` is in millimetres.
     pub(in crate::variance) fn on_bridges(
         &self,
@@ -53,8 +53,7 @@ impl ScannedSurface<'_> {
                 bridges[hit.triangle as usize] || faces_away(triangle, texels.normal[i], noise)
             })
         };
-        let of_texels: Vec<bool> = hits.par_iter().enumerate().map(is_bridge).collect();
-        if of_texels.contains(&true) { of_texels } else { Vec::new() }
+        hits.par_iter().enumerate().map(is_bridge).collect()
     }
 
     /// By triangle, whether it bridges an edge or a step, or has a corner that has no place on the surface.
@@ -83,9 +82,15 @@ impl ScannedSurface<'_> {
 
 /// Whether a triangle is turned against a surface that a ray met it from, so far that it is another face's: beside the
 /// end of a face that has moved aside, rays meet the wall below it. What is as low as noise may lie any way.
-fn faces_away([a, b, c]: [DVec3; 3], normal: [f32; 3], noise: f64) -> bool {
+fn faces_away(corners: [DVec3; 3], normal: [f32; 3], noise: f64) -> bool {
     let normal = DVec3::from(normal.map(f64::from));
+    let [a, b, c] = corners;
     let cross = (b - a).cross(c - a);
-    let longest = [b - a, c - b, a - c].map(DVec3::length).into_iter().fold(0.0, f64::max);
+    let longest = longest_side(corners);
     cross.dot(normal).abs() < TURNED * cross.length() && cross.length() > LOW * noise * longest
+}
+
+/// The length of a triangle's longest side. Millimetres.
+pub(super) fn longest_side([a, b, c]: [DVec3; 3]) -> f64 {
+    [b - a, c - b, a - c].map(DVec3::length).into_iter().fold(0.0, f64::max)
 }

@@ -1,7 +1,8 @@
 //! Triangles of the scan across edges that lie elsewhere in the thing than in the model, as beside a floor that is too
 //! high or slants: all their corners may be nearest to the wall, and some are points of the floor.
 
-use super::associated::fitted;
+use super::associated::{OUTLYING, fitted};
+use super::bridges::longest_side;
 use super::datum::Placed;
 use super::{FEWEST, Recognised, zone};
 use crate::mesh::TriangleMesh;
@@ -11,10 +12,6 @@ use crate::variance::Deviations;
 use crate::variance::hits::Hit;
 use glam::DVec3;
 use rayon::prelude::*;
-
-/// A point is off a measured surface that is farther from it than so many robust standard deviations of that part's
-/// points, and of the noise.
-const OFF: f64 = 4.0;
 
 /// A point on the measured surface of a part belongs to it if a point that a texel of it sees is so near, in lengths of
 /// the triangle's longest side. The last row of a floor that has moved may be seen by the wall's texels alone, and its
@@ -34,10 +31,10 @@ pub(in crate::variance) fn across_moved_edges(
         deviations.texels.part.iter().copied().zip(hits).filter_map(|(part, hit)| Some((part, (*hit)?))).collect();
     let mut of_parts = vec![Vec::new(); shapes.len()];
     for (part, hit) in &seen {
-        of_parts[*part as usize].push(nearest_corner(hit, mesh));
+        of_parts[*part as usize].push(nearest_corner(hit, mesh.triangles[hit.triangle as usize]));
     }
     let surface =
-        |(shape, points): (&Option<Recognised>, &Vec<DVec3>)| Measured::new((*shape)?, points, deviations.noise);
+        |(shape, seen): (&Option<Recognised>, &Vec<u32>)| Measured::new((*shape)?, mesh, seen, deviations.noise);
     let surfaces: Vec<Option<Measured>> = shapes.par_iter().zip(&of_parts).map(surface).collect();
     let mut looks: Vec<(u32, u32)> = seen.iter().map(|(part, hit)| (*part, hit.triangle)).collect();
     looks.sort_unstable();
@@ -54,17 +51,16 @@ pub(in crate::variance) fn across_moved_edges(
 /// The corner of a triangle of the scan with the largest weight at a place of it. A part's texels have most of theirs
 /// on the part, and so these corners, one for each texel, are a sample of its surface by area; of all corners of a
 /// narrow wall's triangles two fifths may be the floor's.
-fn nearest_corner(hit: &Hit, mesh: &TriangleMesh) -> DVec3 {
+fn nearest_corner(hit: &Hit, triangle: [u32; 3]) -> u32 {
     let [a, b, c] = hit.weights;
     let nearest = if a >= b.max(c) { 0 } else { 1 + usize::from(c > b) };
-    mesh.corners(mesh.triangles[hit.triangle as usize])[nearest]
+    triangle[nearest]
 }
 
 /// Whether a triangle with some corners that texels of a part see has one off that part's surface, on that of another.
 fn across(part: usize, corners: [DVec3; 3], surfaces: &[Option<Measured>]) -> bool {
     let Some(Some(own)) = surfaces.get(part) else { return false };
-    let [a, b, c] = corners;
-    let reach = BESIDE * [b - a, c - b, a - c].map(DVec3::length).into_iter().fold(0.0, f64::max);
+    let reach = BESIDE * longest_side(corners);
     let others = || surfaces.iter().enumerate().filter(|(other, _)| *other != part).filter_map(|(_, s)| s.as_ref());
     corners.iter().any(|corner| own.is_off(*corner) && others().any(|other| other.has(*corner, reach)))
 }
@@ -72,27 +68,30 @@ fn across(part: usize, corners: [DVec3; 3], surfaces: &[Option<Measured>]) -> bo
 /// A part's surface of least squares. Millimetres.
 struct Measured {
     surface: Placed,
-    /// How far from it a point is off it.
+    /// Points that are farther from the surface than this do not lie on it: so many robust standard deviations of the
+    /// part's points, or of the noise.
     off: f64,
-    /// The points on it that the part's texels see.
+    /// The points that the part's texels see and that lie on the surface.
     points: Vec<[f64; 3]>,
     tree: Neighbours,
 }
 
 impl Measured {
-    /// Of the part's form and the points that its texels see, one for each; none of too few.
-    fn new(shape: Recognised, seen: &[DVec3], noise: f64) -> Option<Measured> {
+    /// Of the part's form and the scan's points that its texels see, one for each; none of too few.
+    fn new(shape: Recognised, mesh: &TriangleMesh, seen: &[u32], noise: f64) -> Option<Measured> {
         if seen.len() < FEWEST {
             return None;
         }
-        let sample: Vec<DVec3> = seen.iter().step_by(seen.len().div_ceil(zone::FITTED)).copied().collect();
+        let at = |vertex: &u32| DVec3::from(mesh.positions[*vertex as usize]);
+        let sample: Vec<DVec3> = seen.iter().step_by(seen.len().div_ceil(zone::FITTED)).map(at).collect();
         let surface = fitted(&sample, shape.datum()?)?.0.placed();
         let mut heights: Vec<f64> = sample.iter().map(|p| surface.height(*p).abs()).collect();
-        let off = OFF * (MAD_TO_SD * median(&mut heights)?).max(noise);
-        let mut points: Vec<[f64; 3]> =
-            seen.iter().filter(|p| surface.height(**p).abs() <= off).map(DVec3::to_array).collect();
-        points.sort_unstable_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])).then(a[2].total_cmp(&b[2])));
-        points.dedup();
+        let off = OUTLYING * (MAD_TO_SD * median(&mut heights)?).max(noise);
+        let mut vertices: Vec<u32> = seen.to_vec();
+        vertices.sort_unstable();
+        vertices.dedup();
+        let on_it = vertices.iter().filter(|vertex| surface.height(at(vertex)).abs() <= off);
+        let points: Vec<[f64; 3]> = on_it.map(|vertex| mesh.positions[*vertex as usize]).collect();
         let tree = Neighbours::new(&points);
         Some(Measured { surface, off, points, tree })
     }

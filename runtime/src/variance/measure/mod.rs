@@ -161,10 +161,9 @@ pub fn measure(
         (cloud, _) => Scanned::Points { mesh: &scan.mesh, cloud: cloud.as_ref() },
     };
     if !is_cloud {
-        let bridged = surface.on_bridges(&scan.mesh, deviations.noise, &deviations.texels, &hits);
-        deviations.add_bridged(bridged);
-        let bridged = across_moved_edges(&deviations, &shapes, &scan.mesh, &hits);
-        deviations.add_bridged(bridged);
+        let bridges = surface.on_bridges(&scan.mesh, deviations.noise, &deviations.texels, &hits);
+        let moved = across_moved_edges(&deviations, &shapes, &scan.mesh, &hits);
+        deviations.mark_bridged(bridges, &moved);
         deviations.sag = sag(&deviations, options.distance, &scan.mesh, &hits, &feet.feet);
         add_sag(&mut report.parts, &deviations);
     }
@@ -353,7 +352,11 @@ fn max_distance(
     }
 }
 
-fn unless_cancelled(progress: &dyn Progress) -> Result<(), MeasureError> {
+/// Whether the work goes on.
+///
+/// # Errors
+/// [`MeasureError::Interrupted`], once the user wants the work to end.
+pub(in crate::variance) fn unless_cancelled(progress: &dyn Progress) -> Result<(), MeasureError> {
     if progress.cancelled() { Err(MeasureError::Interrupted) } else { Ok(()) }
 }
 
