@@ -162,9 +162,19 @@ pub enum CompareError {
     Interrupted,
 }
 
+impl CompareError {
+    /// What ended the sampling of a surface: its own fault, or the user.
+    fn of_surface(side: &'static str, error: MeasureError) -> Self {
+        match error {
+            MeasureError::Interrupted => Self::Interrupted,
+            error => Self::Surface { side, error },
+        }
+    }
+}
+
 impl From<EvaluationError> for CompareError {
     fn from(error: EvaluationError) -> Self {
-        Self::Surface { side: "A", error: error.into() }
+        Self::of_surface("A", error.into())
     }
 }
 
@@ -178,13 +188,13 @@ pub fn compare(
     options: &CompareOptions,
     progress: &dyn Progress,
 ) -> Result<Comparison, CompareError> {
-    let of = |side| move |error| CompareError::Surface { side, error };
+    let of = |side| move |error| CompareError::of_surface(side, error);
     let motion = if options.align { Some(alignment(&a.surface, &b.surface)?) } else { None };
     let surface_b = motion.map_or(b.surface, |motion| moved(b.surface, motion));
     progress.report("sampling the surfaces", f64::NAN, "");
     let at = |resolution| -> Result<[Prepared<'_>; 2], CompareError> {
-        let a = Prepared::new(a.surface, resolution).map_err(of("A"))?;
-        Ok([a, Prepared::new(surface_b, resolution).map_err(of("B"))?])
+        let a = Prepared::new(a.surface, resolution, progress).map_err(of("A"))?;
+        Ok([a, Prepared::new(surface_b, resolution, progress).map_err(of("B"))?])
     };
     let (mut prepared, coarser) = match options.resolution {
         Some(resolution) => (at(resolution)?, None),

@@ -7,7 +7,7 @@ use crate::feet::layout::Layout;
 use crate::feet::signed::{Place, Target};
 use crate::mesh::Bounds;
 use crate::model::Standing;
-use crate::progress::Silent;
+use crate::progress::Progress;
 use crate::variance::{Facings, MeasureError, Parametrised, Reference, Resolution, Surface, target, turn};
 use glam::DVec3;
 
@@ -23,10 +23,14 @@ pub(super) struct Prepared<'a> {
 }
 
 impl<'a> Prepared<'a> {
-    pub(super) fn new(reference: Reference<'a>, resolution: Resolution) -> Result<Self, MeasureError> {
+    pub(super) fn new(
+        reference: Reference<'a>,
+        resolution: Resolution,
+        progress: &dyn Progress,
+    ) -> Result<Self, MeasureError> {
         let mut surface = match reference {
             Reference::Mesh(mesh) => sampled::mesh(mesh, resolution)?,
-            Reference::Model { .. } => Surface::new(reference, resolution, None, &Silent)?,
+            Reference::Model { .. } => Surface::new(reference, resolution, None, progress)?,
         };
         if surface.inverted.contains(&true) {
             turn(&mut surface.texels, &mut surface.tessellation.mesh, &surface.inverted);

@@ -71,6 +71,11 @@ impl Lines {
         lines
     }
 
+    /// One cell, with its facets.
+    pub(super) fn cell(&self, number: usize) -> Self {
+        Self { at: self.at[number..=number + 1].to_vec(), has_facets: vec![true] }
+    }
+
     /// The first and the last line of every cell, among those after all cells with facets were divided.
     pub(super) fn ends(&self, parts: usize) -> Vec<[usize; 2]> {
         let mut first = 0;

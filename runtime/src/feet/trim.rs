@@ -24,6 +24,10 @@ const LEVEL: f64 = 1e-5;
 /// is then a little within, where the function says where its zero is.
 const WITHIN: f64 = 0.01;
 
+/// The function bends in a cell if it is off a linear one by this share of its values at the corners. Along a curved
+/// edge it is so by a hundredth.
+const BENT: f64 = 0.05;
+
 impl Keep {
     /// Of a patch that is not trimmed.
     pub(super) const EVERYWHERE: Self = Self { value: f64::INFINITY, slope: [0.0; 2] };
@@ -233,6 +237,21 @@ impl Cell<'_> {
         self.inside().any(|(_, there)| there != first)
     }
 
+    /// The function of what is there bends in it, as at a corner.
+    fn is_bent(&self) -> bool {
+        let corners = self.corners().map(|[i, j]| self.keep(i, j).value);
+        let range = corners.iter().fold(0.0_f64, |range, value| range.max(value.abs()));
+        let [[left, right], [low, high]] = self.ends();
+        let mut inside = (low..=high).flat_map(|j| (left..=right).map(move |i| (i, j)));
+        inside.any(|(i, j)| {
+            let s = (i - left) as f64 / (right - left) as f64;
+            let t = (j - low) as f64 / (high - low) as f64;
+            let weights = [(1.0 - s) * (1.0 - t), s * (1.0 - t), s * t, (1.0 - s) * t];
+            let straight: f64 = weights.iter().zip(corners).map(|(weight, value)| weight * value).sum();
+            (self.keep(i, j).value - straight).abs() > BENT * range
+        })
+    }
+
     /// How far the edge is from where its facet has it. Millimetres.
     fn error(&self) -> f64 {
         let corners = self.corners();
@@ -301,9 +320,19 @@ pub(super) fn divide_at_edges(
         }
     }
     let sampled = Sampled::new(instance, patches, lines, 2)?;
+    // A corner of what is there hides between the middle of a cell and its corners.
+    let closer = |cell: &Cell<'_>| {
+        let [i, j] = cell.place;
+        let alone = [lines[0].cell(i), lines[1].cell(j)];
+        let sampled = Sampled::new(instance, patches, &alone, SLIVERS)?;
+        sampled.cells(&alone).first().map(Cell::error)
+    };
+    let error = |cell: &Cell<'_>| {
+        let closer = if cell.is_bent() { closer(cell) } else { None };
+        closer.map_or(cell.error(), |closer| closer.max(cell.error()))
+    };
     let cells = sampled.cells(lines);
-    let errors = cells.iter().filter(|cell| cell.is_mixed()).map(Cell::error);
-    errors.reduce(f64::max)
+    cells.iter().filter(|cell| cell.is_mixed()).map(error).reduce(f64::max)
 }
 
 #[cfg(test)]

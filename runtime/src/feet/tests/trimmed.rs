@@ -128,3 +128,36 @@ fn what_is_cut_away_has_no_feet() {
         assert!((foot.distance - 15f64.hypot(1.0)).abs() < 1e-6, "{foot:?}");
     });
 }
+
+/// A twisted loft from which a slanted box is cut: in the acute corner between both on the top the facets' edge was
+/// 0.15 mm off, and the foot of a place there on another face.
+#[test]
+fn places_in_acute_corners_are_their_own_feet() {
+    let program = compiled(
+        "model m {
+          let low = [(8mm, -8mm), (8mm, 8mm), (-8mm, 8mm), (-8mm, -8mm)]
+          let high = [(10.93mm, -2.93mm), (2.93mm, 10.93mm), (-10.93mm, 2.93mm), (-2.93mm, -10.93mm)]
+          let cut = box(width: 9mm, depth: 30mm, height: 9mm).rotate(25deg, (0.3, 1, 0.2))
+          part b = lofted(low, high, 20mm) - {cut: cut.translate((3mm, 0mm, 10mm))}
+        }",
+    );
+    let top = Model::parts(&program).iter().position(|part| part.name == "b.top").expect("a top");
+    let keep = Model::keep(&program, top).expect("it is trimmed");
+    with_target(&program, Motion::IDENTITY, |target, instance| {
+        let at: Vec<f64> = (0..=1000).map(|k| f64::from(k) / 1000.0).collect();
+        let (mut points, mut keeps) = (vec![[0.0; 3]; at.len() * at.len()], vec![[0.0; 3]; at.len() * at.len()]);
+        instance.points_grid(top, &at, &at, &mut points).expect("it is finite");
+        instance.points_grid(keep, &at, &at, &mut keeps).expect("it is finite");
+        let corner = DVec3::new(4.7, 7.6, 20.0);
+        let there = points.iter().zip(&keeps).filter(|(_, keep)| keep[0] > 1e-4).map(|(point, _)| DVec3::from(*point));
+        let places: Vec<Place> = there
+            .filter(|point| point.distance(corner) < 1.0)
+            .map(|point| Place { point, normal: Some(DVec3::Z) })
+            .collect();
+        assert!(places.len() > 500, "{}", places.len());
+        for (place, foot) in places.iter().zip(target.feet(&places, 2.0)) {
+            let distance = foot.expect("a foot").distance;
+            assert!(distance.abs() < 1e-6, "{distance} at {}", place.point);
+        }
+    });
+}

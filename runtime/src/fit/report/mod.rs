@@ -23,6 +23,7 @@ use crate::fit::room::shown_to;
 use crate::fit::tuning::{EXPLAINED, INSEPARABLE, NAMED};
 use gml_compiler::program::Part;
 use nalgebra::DVector;
+use std::collections::BTreeSet;
 
 /// The result of a fit; `residuals` are those of its inliers, which `near` marks among the scan's vertices.
 pub(crate) fn result(inference: Inference, residuals: Option<&[Residual]>, near: &[bool]) -> FitResult {
@@ -206,6 +207,7 @@ fn unexplained(solution: &Solution, near: &[bool]) -> Vec<UnexplainedPiece> {
 fn alternatives(solution: &Solution, rivals: &[Rival], deviations: &[Option<f64>]) -> Vec<Alternative> {
     let Level { problem, space, .. } = &solution.level;
     let Some(present) = space.x(&solution.estimate.z) else { return Vec::new() };
+    let mut said = BTreeSet::new();
     let of = |rival: &Rival| {
         let x = space.x(&rival.estimate.z)?;
         let shaped = problem.model.parts().iter().zip(&rival.of.patches).filter(|(_, shaped)| **shaped);
@@ -235,9 +237,14 @@ fn alternatives(solution: &Solution, rivals: &[Rival], deviations: &[Option<f64>
             format!("another shape of {}", parts.iter().map(|p| format!("`{p}`")).collect::<Vec<_>>().join(", "))
         };
         let differing = if differing.is_empty() { String::new() } else { format!(": {}", differing.join(", ")) };
-        problem.monitor.warn(format!(
+        let sentence = format!(
             "{other} explains the scan as well{differing}. The two differ where nothing was scanned, or the scan cannot tell; the standard deviations hold both"
-        ));
+        );
+        // Two searches may end at one shape, to the digits that are shown.
+        if !said.insert(sentence.clone()) {
+            return None;
+        }
+        problem.monitor.warn(sentence);
         let values = members.iter().map(|i| (parameter(i).name.clone(), x[*i])).collect();
         Some(Alternative { parts, values, evidence: rival.evidence })
     };

@@ -15,7 +15,7 @@ const TOGETHER: f64 = 0.4;
 const AS_FAR: f64 = 0.5;
 
 /// The points about others.
-pub(super) struct Around<'p> {
+pub(in crate::variance) struct Around<'p> {
     points: &'p [Point],
     /// Of the discs. Millimetres.
     radius: f64,
@@ -25,7 +25,7 @@ pub(super) struct Around<'p> {
 
 impl<'p> Around<'p> {
     /// Of a scan whose points are so far apart, in millimetres.
-    pub(super) fn new(points: &'p [Point], spacing: f64) -> Self {
+    pub(in crate::variance) fn new(points: &'p [Point], spacing: f64) -> Self {
         let radius = RADIUS * spacing;
         let mut around = Self { points, radius, cells: HashMap::new() };
         for (i, point) in (0..).zip(points) {
@@ -50,7 +50,7 @@ impl<'p> Around<'p> {
     }
 
     /// Whether a point that is off is so with others. `errors` has, by point, how far it is off, if that is known.
-    pub(super) fn is_of_dent(&self, i: usize, errors: &[Option<f64>]) -> bool {
+    pub(in crate::variance) fn is_of_dent(&self, i: usize, errors: &[Option<f64>]) -> bool {
         let Some(own) = errors[i].filter(|_| self.radius.is_finite()) else { return false };
         let is_as_far = |k: &usize| errors[*k].is_some_and(|error| error * own.signum() >= AS_FAR * own.abs());
         let area: f64 = self.disc(i).filter(is_as_far).map(|k| self.points[k].area).sum();

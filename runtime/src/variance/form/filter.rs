@@ -8,7 +8,9 @@
 //! what noise becomes is computed with the same weights.
 
 use super::quadric::{Near, Quadric};
+use crate::model::Texels;
 use crate::robust::median;
+use crate::variance::Deviations;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use std::collections::HashMap;
@@ -30,9 +32,9 @@ pub(super) const SAME_SIDE: f64 = 0.3;
 
 /// A place of a surface with its unit normal.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Place {
-    pub(super) position: DVec3,
-    pub(super) normal: DVec3,
+pub(in crate::variance) struct Place {
+    pub(in crate::variance) position: DVec3,
+    pub(in crate::variance) normal: DVec3,
 }
 
 impl Place {
@@ -44,10 +46,28 @@ impl Place {
 
 /// A texel's place, area (square millimetres) and deviation (millimetres).
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Point {
-    pub(super) place: Place,
-    pub(super) area: f64,
-    pub(super) deviation: f64,
+pub(in crate::variance) struct Point {
+    pub(in crate::variance) place: Place,
+    pub(in crate::variance) area: f64,
+    pub(in crate::variance) deviation: f64,
+}
+
+impl Point {
+    /// Texel i with its place on the model's surface and its distance along the normal.
+    pub(super) fn measured(deviations: &Deviations, i: usize) -> Self {
+        Self::of(&deviations.texels, i, deviations.along(i))
+    }
+
+    /// Texel i with its deviation without the sag of the scan's triangle.
+    pub(in crate::variance) fn without_sag(deviations: &Deviations, i: usize) -> Self {
+        Self::of(&deviations.texels, i, deviations.without_sag(i))
+    }
+
+    fn of(texels: &Texels, i: usize, deviation: f32) -> Self {
+        let normal = DVec3::from(texels.normal[i].map(f64::from));
+        let place = Place { position: DVec3::from(texels.position[i]), normal };
+        Self { place, area: f64::from(texels.area[i]), deviation: f64::from(deviation) }
+    }
 }
 
 /// The points of a part, gathered.
@@ -119,8 +139,8 @@ impl Cells {
 
 /// The weights of cells in the filtered values of some places.
 pub(super) struct Filter {
-    /// By place; empty where there is no value.
-    weights: Vec<Vec<(u32, f64)>>,
+    /// By place the cells about it with their weights; empty where there is no value.
+    pub(super) weights: Vec<Vec<(u32, f64)>>,
     /// By place, how many times as much noise passes as at the median one.
     pub(super) noisier: Vec<f64>,
 }
@@ -161,10 +181,13 @@ impl Filter {
 
     /// The filtered values of the cells' `values`; none where there are no cells about a place.
     pub(super) fn apply(&self, values: &[f64]) -> Vec<Option<f64>> {
-        let sum = |weights: &Vec<(u32, f64)>| {
-            (!weights.is_empty()).then(|| weights.iter().map(|(cell, w)| w * values[*cell as usize]).sum())
-        };
-        self.weights.par_iter().map(sum).collect()
+        (0..self.weights.len()).into_par_iter().map(|k| self.value(k, values)).collect()
+    }
+
+    /// That at one place.
+    pub(super) fn value(&self, k: usize, values: &[f64]) -> Option<f64> {
+        let weights = &self.weights[k];
+        (!weights.is_empty()).then(|| weights.iter().map(|(cell, w)| w * values[*cell as usize]).sum())
     }
 }
 

@@ -2,6 +2,8 @@
 
 use super::filter::{Cells, Filter, Place};
 use super::linear::{self, Row};
+use super::noise::Simulation;
+use crate::spread::mean_and_sd;
 use glam::DVec3;
 use std::f64::consts::TAU;
 
@@ -18,6 +20,15 @@ const SHEETS: f64 = 0.05;
 /// Cells within this share of the cut-off of a section's plane say what its radius is.
 const BESIDE: f64 = 0.25;
 
+/// A step runs around beside a section if the filter clearly does not follow the surface at so many of its places, by
+/// the same side ...
+const STEPPED: f64 = 0.25;
+/// ... and at less than this part of these by the other one: lobes are on both.
+const ONE_SIDED: f64 = 0.25;
+
+/// A difference is clearly more than noise from so many standard deviations on.
+const CLEAR: f64 = 3.0;
+
 /// A section.
 pub(super) struct Section {
     /// Its point on the axis.
@@ -28,6 +39,9 @@ pub(super) struct Section {
     pub(super) outward: f64,
     /// Its number; that of its first place is this times the grid's angles.
     number: usize,
+    /// Whether it lies beside a step of the surface that runs around, as that of a collar: how much of the step is in
+    /// its values changes from place to place with the scan's points, and is no form of the section.
+    is_stepped: bool,
 }
 
 /// The sections of a part, and the filter of its cells at their places.
@@ -47,7 +61,12 @@ struct Polar {
 
 impl Grid {
     /// The sections of cells about an axis (a point and a unit direction). None where there are none.
-    pub(super) fn new(cells: &Cells, (origin, axis): (DVec3, DVec3), cutoff: f64) -> Option<Self> {
+    pub(super) fn new(
+        cells: &Cells,
+        (origin, axis): (DVec3, DVec3),
+        simulation: &Simulation,
+        (cutoff, precision): (f64, f64),
+    ) -> Option<Self> {
         let polar: Vec<Polar> = cells.places.iter().map(|place| polar(place, origin, axis)).collect();
         let (low, high) =
             polar.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), p| (l.min(p.height), h.max(p.height)));
@@ -63,7 +82,7 @@ impl Grid {
             let Some((radius, outward, along)) = profile(&polar, height, cutoff) else { continue };
             let middle = origin + height * axis;
             let number = sections.len();
-            sections.push(Section { middle, height, outward, number });
+            sections.push(Section { middle, height, outward, number, is_stepped: false });
             places.extend((0..angles).map(|j| {
                 let (sin, cos) = (TAU * j as f64 / angles as f64).sin_cos();
                 let away = cos * x + sin * y;
@@ -71,12 +90,24 @@ impl Grid {
             }));
         }
         let filter = Filter::new(cells, &places, cutoff);
+        let unfollowed = simulation.unfollowed(cells, &places, &filter);
+        let beside: Vec<BesideStep> =
+            unfollowed.chunks(angles).map(|section| BesideStep::new(section, precision)).collect();
+        for (k, section) in sections.iter_mut().enumerate() {
+            let is_by = [k.wrapping_sub(1), k + 1].iter().filter_map(|k| beside.get(*k)).any(|by| by.is_clear);
+            section.is_stepped = beside[k].is_clear || is_by && beside[k].is_uneven;
+        }
         (!sections.is_empty()).then_some(Self { sections, angles, filter })
     }
 
     /// The filtered values of the cells' `values` at all places, section by section.
     pub(super) fn apply(&self, values: &[f64]) -> Vec<Option<f64>> {
         self.filter.apply(values)
+    }
+
+    /// The sections that have a form of their own.
+    pub(super) fn even(&self) -> impl Iterator<Item = &Section> {
+        self.sections.iter().filter(|section| !section.is_stepped)
     }
 
     /// A section's values.
@@ -92,6 +123,32 @@ impl Grid {
     ) -> impl Iterator<Item = (f64, f64)> + 'v {
         let at = move |section: &Section| Some((section.height, values[section.number * self.angles + angle]?));
         self.sections.iter().filter_map(at)
+    }
+}
+
+/// Whether a step runs around beside a section.
+struct BesideStep {
+    /// What the filter does not follow differs around it by more than noise. What is the same all around is no step: a
+    /// bent profile.
+    is_uneven: bool,
+    /// So it does, mostly to one side.
+    is_clear: bool,
+}
+
+impl BesideStep {
+    /// By what the filter does not follow at the section's places, with the standard deviation of that by noise.
+    fn new(unfollowed: &[Option<[f64; 2]>], precision: f64) -> Self {
+        let all: Vec<[f64; 2]> = unfollowed.iter().flatten().copied().collect();
+        let (_, scatter) = mean_and_sd(&all.iter().map(|[off, _]| *off).collect::<Vec<f64>>());
+        let noise = (all.iter().map(|[_, sd]| sd * sd).sum::<f64>() / all.len().max(1) as f64).sqrt();
+        let share = |sign: f64| {
+            let clear = all.iter().filter(|[off, sd]| sign * off > precision.max(CLEAR * sd));
+            clear.count() as f64 / unfollowed.len() as f64
+        };
+        let [out, inward] = [share(1.0), share(-1.0)];
+        let is_uneven = scatter > precision.max(noise);
+        let is_one_sided = out.max(inward) > STEPPED && out.min(inward) < ONE_SIDED * out.max(inward);
+        Self { is_uneven, is_clear: is_uneven && is_one_sided }
     }
 }
 

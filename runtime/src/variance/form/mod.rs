@@ -27,6 +27,7 @@ mod tests;
 mod zone;
 
 pub(super) use bridges::ScannedSurface;
+pub(super) use dents::Around;
 pub use figure::PointMeasure;
 pub(super) use figure::point_measures;
 pub(super) use members::Members;
@@ -41,7 +42,7 @@ pub(super) use shape::{Recognised, recognise};
 use super::Deviations;
 use associated::in_position;
 use datum::Datum;
-use filter::{Place, Point};
+pub(super) use filter::Point;
 use glam::DVec3;
 use grid::Grid;
 use noise::Simulation;
@@ -212,7 +213,7 @@ pub(in crate::variance) fn form_deviations(
         if deviations.signed(i).is_nan() || deviations.is_bridged(i) {
             gaps[part].push(DVec3::from(deviations.texels.position[i].map(f64::from)));
         } else if unturned(i) {
-            members[part].push(measured(deviations, i));
+            members[part].push(Point::measured(deviations, i));
         }
     }
     let of_part = |((shape, points), gaps): ((&Option<Recognised>, Vec<Point>), Vec<DVec3>)| {
@@ -241,21 +242,13 @@ pub(in crate::variance) fn form_deviations(
 /// without them is a lower limit.
 const MANY_LEFT_OUT: f64 = 0.05;
 
-/// Texel i with the place on the model's surface and the distance along the normal.
-fn measured(deviations: &Deviations, i: usize) -> Point {
-    let texels = &deviations.texels;
-    let normal = DVec3::from(texels.normal[i].map(f64::from));
-    let place = Place { position: DVec3::from(texels.position[i]), normal };
-    Point { place, area: f64::from(texels.area[i]), deviation: f64::from(deviations.along(i)) }
-}
-
 fn form(shape: &Recognised, points: &[Point], noise: ScanNoise, cutoff: f64, precision: f64) -> Option<FormDeviation> {
     let (shape, points) = &in_position(shape, points);
     let area = points.iter().map(|point| point.area).sum();
     let spacing = 1.0 / noise.density_among(points.len(), area).sqrt();
     let smooth = Smooth::new(points, cutoff, (precision, spacing));
-    let simulation = Simulation::new(&smooth.cells, points.len(), noise);
-    let grid = shape.axis.and_then(|axis| Grid::new(&smooth.cells, axis, cutoff));
+    let simulation = Simulation::new(&smooth.cells, points.len(), noise, cutoff);
+    let grid = shape.axis.and_then(|axis| Grid::new(&smooth.cells, axis, &simulation, (cutoff, precision)));
     let straight = matches!(shape.shape, Shape::Cylinder | Shape::Cone);
     Some(FormDeviation {
         shape: shape.shape,
@@ -269,7 +262,7 @@ fn form(shape: &Recognised, points: &[Point], noise: ScanNoise, cutoff: f64, pre
 }
 
 fn zone_of(smooth: &Smooth, shape: Shape, datum: Datum, points: &[Point], simulation: &Simulation) -> Option<Zone> {
-    let found = zone::zone(&smooth.surface(&smooth.values()), datum)?;
+    let found = zone::zone(&smooth.surface(&simulation.held(&smooth.cells, &smooth.filter)), datum)?;
     let every: Vec<DVec3> = points.iter().map(|p| p.place.displaced(p.deviation)).collect();
     let unfiltered = zone::zone(&every, datum)?;
     let spread = |values: &[f64]| {
@@ -290,7 +283,7 @@ fn zone_of(smooth: &Smooth, shape: Shape, datum: Datum, points: &[Point], simula
 fn roundness_of(grid: &Grid, smooth: &Smooth, simulation: &Simulation) -> Option<Roundness> {
     let values = grid.apply(&smooth.cells.values);
     let rings: Vec<_> =
-        grid.sections.iter().filter_map(|section| Some((section, roundness::rings(grid, section, &values)?))).collect();
+        grid.even().filter_map(|section| Some((section, roundness::rings(grid, section, &values)?))).collect();
     let (section, worst) = rings.iter().max_by(|a, b| a.1.minimum_zone.total_cmp(&b.1.minimum_zone))?;
     let mut narrowest: Vec<f64> = rings.iter().map(|(_, widths)| widths.minimum_zone).collect();
     // In the section's plane the deviations from the same curve are longer, all alike.

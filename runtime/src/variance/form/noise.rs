@@ -1,7 +1,7 @@
 //! What noise adds to the width of a zone: a range grows with noise, and with the number of places that it is taken
 //! over. It is simulated with the filter's own weights.
 
-use super::filter::{Cells, Place};
+use super::filter::{Cells, Filter, Place};
 use crate::spread::mean_and_sd;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -15,6 +15,14 @@ use std::collections::HashMap;
 const ROUNDS: usize = 40;
 const VALUES: usize = 1_000_000;
 const FEWEST_ROUNDS: usize = 8;
+
+/// The cut-off of a short filter, in distances between the scan's points: it follows what a usual one does not, and still
+/// takes half of the noise.
+const SHORT: f64 = 3.0;
+
+/// Where a filter overshoots its values are held between those of the cells about them, without so many standard
+/// deviations of their noise: of 20 to 300 cells on one level the farthest has 2 to 3 of them.
+const FARTHEST: f64 = 1.5;
 
 /// The noise of a scan.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,6 +56,10 @@ pub struct WithoutNoise {
 pub(super) struct Simulation {
     /// By round, the noise of each cell. Millimetres.
     noise: Vec<Vec<f64>>,
+    /// By cell, the standard deviation of its noise. Millimetres.
+    sds: Vec<f64>,
+    /// The cut-off of a filter that just takes most noise away, but not more than that of the form. Millimetres.
+    short: f64,
 }
 
 /// The spread of filtered values of cells about the curves or surfaces that fit them by least squares.
@@ -61,18 +73,57 @@ pub(super) struct Spread {
 
 impl Simulation {
     /// Noise of cells that hold so many points (texels).
-    pub(super) fn new(cells: &Cells, points: usize, noise: ScanNoise) -> Self {
+    pub(super) fn new(cells: &Cells, points: usize, noise: ScanNoise, cutoff: f64) -> Self {
         let density = noise.density_among(points, cells.areas.iter().sum());
-        let (of_cell, areas) = about_points(cells, density);
+        let (groups, areas) = about_points(cells, density);
         let sds: Vec<f64> = areas.iter().map(|area| noise.sd / (density * area).max(1.0).sqrt()).collect();
         let rounds = (VALUES / cells.areas.len().max(1)).clamp(FEWEST_ROUNDS, ROUNDS);
         let mut random = ChaCha8Rng::seed_from_u64(0);
         let mut round = || -> Vec<f64> {
             let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
             let noise: Vec<f64> = sds.iter().map(|sd| sd * normal()).collect();
-            of_cell.iter().map(|k| noise[*k as usize]).collect()
+            groups.iter().map(|k| noise[*k as usize]).collect()
         };
-        Self { noise: (0..rounds).map(|_| round()).collect() }
+        let noise = (0..rounds).map(|_| round()).collect();
+        let sds = groups.iter().map(|k| sds[*k as usize]).collect();
+        Self { noise, sds, short: cutoff.min(SHORT / density.sqrt()) }
+    }
+
+    /// The filtered values of the cells at their own places. A filter of second order overshoots by a tenth of a step,
+    /// and by a quarter between a step and a rim: if a value is beyond those of all cells that it has a share of, all
+    /// are held between these.
+    pub(super) fn held(&self, cells: &Cells, filter: &Filter) -> Vec<Option<f64>> {
+        let range = |k: usize, noise: f64| {
+            filter.weights[k].iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], (cell, _)| {
+                let (value, noise) = (cells.values[*cell as usize], noise * self.sds[*cell as usize]);
+                [low.min(value + noise), high.max(value - noise)]
+            })
+        };
+        let mut values = filter.apply(&cells.values);
+        let overshoots = |(k, value): (usize, &Option<f64>)| {
+            let [low, high] = range(k, 0.0);
+            value.is_some_and(|value| value < low || value > high)
+        };
+        if values.par_iter().enumerate().any(overshoots) {
+            values.par_iter_mut().enumerate().for_each(|(k, value)| {
+                // Cells on one level have nothing between their bounds.
+                let [low, high] = range(k, FARTHEST);
+                *value = value.map(|value| if low < high { value.clamp(low, high) } else { value });
+            });
+        }
+        values
+    }
+
+    /// By place, what a filter with a short cut-off gives beyond another one, and the standard deviation that this has by
+    /// noise; none where one of both has no value.
+    pub(super) fn unfollowed(&self, cells: &Cells, places: &[Place], filter: &Filter) -> Vec<Option<[f64; 2]>> {
+        let short = Filter::new(cells, places, self.short);
+        let of_place = |k: usize| {
+            let difference = |values: &[f64]| Some(short.value(k, values)? - filter.value(k, values)?);
+            let square: f64 = self.noise.iter().filter_map(|noise| difference(noise)).map(|d| d * d).sum();
+            Some([difference(&cells.values)?, (square / self.noise.len() as f64).sqrt()])
+        };
+        (0..places.len()).into_par_iter().map(of_place).collect()
     }
 
     /// The width `found` without the part that noise adds to it. `spread` computes the spread of a list of the cells'

@@ -44,7 +44,7 @@ pub(super) fn rings(grid: &Grid, section: &Section, values: &[Option<f64>]) -> O
 /// How far the sections' values lie from their circles of least squares: the widest ring. None where there are none.
 pub(super) fn spread_of_rings(grid: &Grid, values: &[Option<f64>]) -> Option<Spread> {
     let of_section = |section: &Section| rows(grid.of_section(values, section), section.outward);
-    together(grid.sections.iter().filter_map(of_section), 3)
+    together(grid.even().filter_map(of_section), 3)
 }
 
 /// The generators that are examined.

@@ -59,11 +59,6 @@ impl Smooth {
         }
     }
 
-    /// The filtered values at the cells' places.
-    pub(super) fn values(&self) -> Vec<Option<f64>> {
-        self.filter.apply(&self.cells.values)
-    }
-
     /// Points of the surface with filtered values.
     pub(super) fn surface(&self, filtered: &[Option<f64>]) -> Vec<DVec3> {
         let point = |(place, value): (&Place, &Option<f64>)| Some(place.displaced((*value)?));

@@ -6,6 +6,7 @@ mod footprints;
 mod map;
 mod measures;
 mod rule;
+mod strip;
 #[cfg(test)]
 pub(super) mod tests;
 
@@ -24,6 +25,7 @@ use footprints::{Footprint, footprints};
 use glam::DVec3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use strip::Strip;
 
 /// A footprint takes at least this share of its part's area: what refused matches leave over are wrong distances on up
 /// to 0.003 % of the area (decision 0046), which are not to be the half of a footprint on the densest scans either.
@@ -204,6 +206,9 @@ impl Grounds<'_> {
                 ));
             }
         }
+        if assessed.verdict.outcome == Outcome::Conforms && !is_chosen {
+            self.strip(&assessed, tolerance, area).into_iter().for_each(|reason| assessed.verdict.doubt(reason));
+        }
         assessed
     }
 
@@ -242,6 +247,21 @@ impl Grounds<'_> {
             reasons: Vec::new(),
         };
         Some(Assessed { verdict, tolerance, footprints, common })
+    }
+
+    /// A sentence on a piece of a part beyond its limits that is as large as a footprint, and of none the half.
+    fn strip(&self, assessed: &Assessed, tolerance: Tolerance, footprint: f64) -> Option<String> {
+        let texels = assessed.texels();
+        let spacing = 1.0 / self.density(&texels, SAMPLES * SAMPLES).sqrt();
+        let noise = self.deviations.noise.hypot(self.deviations.rounding);
+        let strip = strip::largest(self.deviations, &texels, tolerance, (noise, spacing))?;
+        let Strip { area, deviation, middle } = strip;
+        (area >= footprint).then(|| {
+            let [x, y, z] = middle.to_array();
+            format!(
+                "{area:.1} mm2 about ({x:.1}, {y:.1}, {z:.1}) mm are off by {deviation:.3} mm, a strip that is narrower than footprints of {footprint:.1} mm2: a smaller --footprint judges it"
+            )
+        })
     }
 
     /// A warning of parts that footprints of the chosen size average as a whole.

@@ -331,3 +331,25 @@ fn what_is_common_is_not_averaged() {
     let squares = found.noise.powi(2) + found.fit.powi(2) + found.device.powi(2);
     assert!((found.uncertainty.powi(2) - squares).abs() < 1e-12, "{found:?}");
 }
+
+/// A rim along an edge, 0.5 mm high and 1.5 mm wide, of which no footprint of 5 mm is the half, and one point that is off
+/// as much: the part passed with certainty.
+#[test]
+fn a_strip_along_an_edge_is_seen() {
+    let tolerances = [Tolerance { lower: -0.3, upper: 0.3 }];
+    let of = |height: &dyn Fn(f64, f64) -> f64, options| {
+        let scan = scanned(1, 0.02, height);
+        verdict(&assessed(&scan, options, &tolerances)[0].0).clone()
+    };
+    let rim = |x: f64, _: f64| if x < 1.5 { 0.5 } else { 0.0 };
+    let found = of(&rim, VerdictOptions::default());
+    assert_eq!(found.outcome, Outcome::Undecided, "{found:?}");
+    let [reason] = &found.reasons[..] else { panic!("{found:?}") };
+    assert!(reason.contains("a strip that is narrower than footprints of 25.0 mm2"), "{reason}");
+    let fine = of(&rim, VerdictOptions { footprint: Some(1.5), ..VerdictOptions::default() });
+    assert_eq!(fine.outcome, Outcome::DoesNotConform, "{fine:?}");
+    let point = |x: f64, y: f64| if (x, y) == (20.0, 20.0) { 2.0 } else { 0.0 };
+    assert_eq!(of(&point, VerdictOptions::default()).outcome, Outcome::Conforms);
+    let row = |x: f64, _: f64| if x < 0.5 { 0.5 } else { 0.0 };
+    assert_eq!(of(&row, VerdictOptions::default()).outcome, Outcome::Conforms, "points of edges lie between surfaces");
+}

@@ -224,6 +224,35 @@ model m {
     }
 }
 
+/// A collar of 1 mm at the end of a post: the zone was 1.25 mm wide, where the filter goes on from the step to the rim,
+/// and sections beside the step were out of round by what the scan's points made of it.
+#[test]
+fn a_collar_at_a_rim_is_as_high_as_it_is_and_all_sections_are_round() {
+    let text = "use std.surface (disc, flip)
+use std.frame (translate)
+model m {
+  param a: length = 0mm
+  let radius = |h: length| 14mm + if h > 36mm { a } else { 0mm }
+  part wall = |u, v| (radius(40mm * v) * cos(u * 1turn), radius(40mm * v) * sin(u * 1turn), 40mm * v)
+  part base = flip(disc(14mm))
+}";
+    for (height, noise, seed) in [(1.0, 0.03, 1), (2.0, 0.03, 2), (0.5, 0.03, 3)] {
+        let report = measured(&compiled(text), &[height], noise, seed, &options());
+        let form = report.parts[0].form.as_ref().expect("a form");
+        for found in form.characteristics() {
+            let WithoutNoise { corrected, uncertainty, .. } = found.without_noise;
+            let truth = match found.name {
+                "cylindricity" => height,
+                "roundness" => 0.0,
+                _ => continue,
+            };
+            let off = (corrected - truth).abs();
+            assert!(off < 3.0 * uncertainty && uncertainty < 0.06, "{height}: {found:?}");
+        }
+        assert!(form.roundness.is_some_and(|r| r.sections > 10), "{form:?}");
+    }
+}
+
 #[test]
 #[ignore = "the table of decision 0048: ten minutes"]
 fn how_often_known_forms_are_found() {
