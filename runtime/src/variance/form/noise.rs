@@ -16,8 +16,8 @@ const ROUNDS: usize = 40;
 const VALUES: usize = 1_000_000;
 const FEWEST_ROUNDS: usize = 8;
 
-/// The cut-off of a short filter, in distances between the scan's points: it follows what a usual one does not, and still
-/// takes half of the noise.
+/// The cut-off of a short filter, in distances between the scan's points: it follows what a usual one does not, and
+/// still takes half of the noise.
 const SHORT: f64 = 3.0;
 
 /// Where a filter overshoots its values are held between those of the cells about them, without so many standard
@@ -114,8 +114,8 @@ impl Simulation {
         values
     }
 
-    /// By place, what a filter with a short cut-off gives beyond another one, and the standard deviation that this has by
-    /// noise; none where one of both has no value.
+    /// By place, what a filter with a short cut-off gives beyond another one, and the standard deviation that this has
+    /// by noise; none where one of both has no value.
     pub(super) fn unfollowed(&self, cells: &Cells, places: &[Place], filter: &Filter) -> Vec<Option<[f64; 2]>> {
         let short = Filter::new(cells, places, self.short);
         let of_place = |k: usize| {

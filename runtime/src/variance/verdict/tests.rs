@@ -332,8 +332,8 @@ fn what_is_common_is_not_averaged() {
     assert!((found.uncertainty.powi(2) - squares).abs() < 1e-12, "{found:?}");
 }
 
-/// A rim along an edge, 0.5 mm high and 1.5 mm wide, of which no footprint of 5 mm is the half, and one point that is off
-/// as much: the part passed with certainty.
+/// A rim along an edge, 0.5 mm high and 1.5 mm wide, of which no footprint of 5 mm is the half, and one point that is
+/// off as much: the part passed with certainty.
 #[test]
 fn a_strip_along_an_edge_is_seen() {
     let tolerances = [Tolerance { lower: -0.3, upper: 0.3 }];
