@@ -167,6 +167,9 @@ pub fn measure(
         deviations.sag = sag(&deviations, options.distance, &scan.mesh, &hits, &feet.feet);
         add_sag(&mut report.parts, &deviations);
     }
+    let noise = ScanNoise { sd: deviations.noise, density: scanned.density() };
+    let forms = form_deviations(&deviations, &shapes, noise, options.form_cutoff);
+    report.parts.iter_mut().zip(forms).for_each(|(part, form)| part.form = form);
     let grounds = Grounds { deviations: &deviations, scanned, fit, options: options.verdict };
     let conformance = grounds.assess(&mut report);
     unless_cancelled(progress)?;
@@ -174,9 +177,6 @@ pub fn measure(
     let parts = PointParts { names: &deviations.texels.part_names, limits: &limits, precision: deviations.precision };
     let (point_distances, points) = feet.distances(scan, parts);
     report.points = Some(point_distances);
-    let noise = ScanNoise { sd: deviations.noise, density: scanned.density() };
-    let forms = form_deviations(&deviations, &shapes, noise, options.form_cutoff);
-    report.parts.iter_mut().zip(forms).for_each(|(part, form)| part.form = form);
     report.peaks = peaks(&deviations, &tessellation, &report);
     let members = || Members::new(&deviations, &shapes, &tessellation, scanned);
     add_members(&mut report, reference, members, options.datum.as_deref());

@@ -14,6 +14,7 @@ pub use measures::{Dimension, DimensionVerdict};
 pub use rule::{DecisionRule, Outcome};
 
 use super::detection::surface_variances;
+use super::form::{FormDeviation, WithoutNoise};
 use super::moments::null_as_nan;
 use super::report::PartStatistics;
 use super::scanned::Scanned;
@@ -52,6 +53,9 @@ const FEWEST_FOOTPRINTS: usize = 4;
 
 /// A footprint has at least so many texels.
 const TEXELS: f64 = 16.0;
+
+/// A form is wider than a tolerance for certain by so many standard uncertainties.
+const CERTAIN: f64 = 2.0;
 
 /// Texels of a footprint whose triangles say how far the scan's points are apart.
 const SAMPLES: usize = 9;
@@ -157,10 +161,11 @@ impl Grounds<'_> {
             }
         }
         let toleranced = |(part, texels): (usize, Vec<u32>)| {
-            let statistics = &report.parts[part].statistics;
+            let PartStatistics { statistics, form, .. } = &report.parts[part];
             let tolerance = statistics.tolerance?.tolerance?;
+            let of_part = || self.of_part(part, texels, tolerance, (statistics, form.as_ref()));
             // Where nothing is there, nothing can be out of tolerance.
-            statistics.is_of_something().then(|| (part, self.of_part(part, texels, tolerance, statistics)))
+            statistics.is_of_something().then(|| (part, of_part()))
         };
         let assessed: Vec<(usize, Assessed)> = measured.into_par_iter().enumerate().filter_map(toleranced).collect();
         let mut map = vec![f32::NAN; texels.len()];
@@ -175,7 +180,13 @@ impl Grounds<'_> {
         Some(map)
     }
 
-    fn of_part(&self, part: usize, texels: Vec<u32>, tolerance: Tolerance, statistics: &Statistics) -> Assessed {
+    fn of_part(
+        &self,
+        part: usize,
+        texels: Vec<u32>,
+        tolerance: Tolerance,
+        (statistics, form): (&Statistics, Option<&FormDeviation>),
+    ) -> Assessed {
         let FootprintArea { wanted, area } = self.footprint_area(&texels);
         let Some(mut assessed) = self.by_footprints(part, texels, tolerance, area) else {
             return self.unmeasured(tolerance, statistics);
@@ -207,7 +218,9 @@ impl Grounds<'_> {
             }
         }
         if assessed.verdict.outcome == Outcome::Conforms && !is_chosen {
-            self.strip(&assessed, tolerance, area).into_iter().for_each(|reason| assessed.verdict.doubt(reason));
+            let reasons =
+                form.and_then(|form| wider(form, tolerance, area)).or_else(|| self.strip(&assessed, tolerance, area));
+            reasons.into_iter().for_each(|reason| assessed.verdict.doubt(reason));
         }
         assessed
     }
@@ -352,6 +365,20 @@ impl Grounds<'_> {
         };
         Assessed { verdict, tolerance, footprints: Vec::new(), common: Vec::new() }
     }
+}
+
+/// A sentence on a part whose form takes more room than its tolerance leaves, wherever it lies: what deviates is of no
+/// footprint the half.
+fn wider(form: &FormDeviation, tolerance: Tolerance, footprint: f64) -> Option<String> {
+    let zone = form.zone.as_ref()?;
+    let WithoutNoise { corrected, uncertainty, .. } = zone.without_noise;
+    let room = tolerance.upper - tolerance.lower;
+    (corrected - CERTAIN * uncertainty > room).then(|| {
+        format!(
+            "its {} of {corrected:.3} mm is more than the {room:.3} mm of its tolerance: what deviates is narrower than half a footprint of {footprint:.1} mm2, and a smaller --footprint judges it",
+            zone.characteristic
+        )
+    })
 }
 
 /// The area of a part's footprints. Square millimetres.

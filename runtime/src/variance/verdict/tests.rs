@@ -4,6 +4,7 @@ use crate::mesh::TriangleMesh;
 use crate::model::{PartSensitivities, Texels};
 use crate::scan::Scan;
 use crate::scan::ScanSource;
+use crate::variance::form::{Shape, WithoutNoise, Zone};
 use crate::variance::{Device, Facing, cast};
 use gml_compiler::program::Quantity;
 use rand::SeedableRng;
@@ -352,4 +353,36 @@ fn a_strip_along_an_edge_is_seen() {
     assert_eq!(of(&point, VerdictOptions::default()).outcome, Outcome::Conforms);
     let row = |x: f64, _: f64| if x < 0.5 { 0.5 } else { 0.0 };
     assert_eq!(of(&row, VerdictOptions::default()).outcome, Outcome::Conforms, "points of edges lie between surfaces");
+}
+
+/// A form that is wider than a tolerance is beyond it wherever the part lies; one that may be narrower is not.
+#[test]
+fn a_form_that_is_wider_than_a_tolerance_is_a_doubt() {
+    let form = |corrected: f64, uncertainty: f64| {
+        let without_noise = WithoutNoise { noise_alone: 0.01, corrected, uncertainty };
+        let zone = Zone {
+            characteristic: "flatness".to_owned(),
+            least_squares: corrected,
+            minimum_zone: corrected,
+            without_noise,
+            at: [[0.0; 3]; 2],
+            lower_limit: true,
+            unfiltered: [corrected; 2],
+        };
+        FormDeviation {
+            shape: Shape::Plane,
+            cutoff: 5.0,
+            points: 1000,
+            outlying: 0,
+            zone: Some(zone),
+            roundness: None,
+            straightness: None,
+        }
+    };
+    let tolerance = Tolerance { lower: -0.1, upper: 0.2 };
+    let sentence = "its flatness of 0.354 mm is more than the 0.300 mm of its tolerance: what deviates is narrower than \
+                    half a footprint of 7.7 mm2, and a smaller --footprint judges it";
+    assert_eq!(wider(&form(0.354, 0.007), tolerance, 7.71).as_deref(), Some(sentence));
+    assert_eq!(wider(&form(0.354, 0.03), tolerance, 7.71), None);
+    assert_eq!(wider(&form(0.25, 0.007), tolerance, 7.71), None);
 }
