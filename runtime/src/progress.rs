@@ -43,9 +43,27 @@ impl Progress for Silent {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use std::sync::Mutex;
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
+    /// A user whose answer is that the work is to end after so many questions.
+    pub(crate) struct Until(AtomicUsize);
+
+    impl Until {
+        pub(crate) fn asked(questions: usize) -> Self {
+            Self(AtomicUsize::new(questions))
+        }
+    }
+
+    impl Progress for Until {
+        fn report(&self, _stage: &str, _done: f64, _detail: &str) {}
+
+        fn cancelled(&self) -> bool {
+            self.0.fetch_update(Ordering::Relaxed, Ordering::Relaxed, |left| left.checked_sub(1)).is_err()
+        }
+    }
 
     /// Keeps the last report.
     #[derive(Default)]

@@ -163,7 +163,7 @@ pub enum CompareError {
 }
 
 impl CompareError {
-    /// What ended the sampling of a surface: its own fault, or the user.
+    /// The error of sampling a surface. An interrupt is no fault of that surface.
     fn of_surface(side: &'static str, error: MeasureError) -> Self {
         match error {
             MeasureError::Interrupted => Self::Interrupted,

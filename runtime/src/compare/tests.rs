@@ -3,7 +3,8 @@
 use super::{CompareError, CompareOptions, Comparison, NoVolume, Side, Stated, StatedCovariance, States, compare};
 use crate::mesh::TriangleMesh;
 use crate::model::{Fineness, Model, Motion, Tessellation};
-use crate::progress::{Progress, Silent};
+use crate::progress::Silent;
+use crate::progress::tests::Until;
 use crate::variance::{Reference, Resolution};
 use glam::DVec3;
 use gml_compiler::program::{Options, Program, Quantity, compile};
@@ -281,23 +282,12 @@ fn needles_are_sampled_more_coarsely_with_a_warning() {
     assert!(matches!(error, CompareError::Tangled { .. }), "{error}");
 }
 
-/// A user who wants the work to end.
-struct Impatient;
-
-impl Progress for Impatient {
-    fn report(&self, _stage: &str, _done: f64, _detail: &str) {}
-
-    fn cancelled(&self) -> bool {
-        true
-    }
-}
-
 /// An interrupt while a surface is sampled is no fault of the surface.
 #[test]
 fn an_interrupted_comparison_says_only_that() {
     let program = compiled(BALL);
     let ball = side(Reference::Model { model: &program, x: &[20.0], motion: Motion::IDENTITY });
-    let error = compare(&ball, &ball, &options(), &Impatient).unwrap_err();
+    let error = compare(&ball, &ball, &options(), &Until::asked(0)).unwrap_err();
     assert_eq!(error.to_string(), "interrupted");
 }
 

@@ -5,7 +5,8 @@ use super::number::Number;
 use super::shapes::{Formula, Handmade, Simple, program, simple};
 use crate::fit::{FitError, FitOptions, FitResult, LossKind, WithoutSd, fit};
 use crate::mesh::TriangleMesh;
-use crate::progress::{Progress, Silent};
+use crate::progress::Silent;
+use crate::progress::tests::Until;
 use crate::repeats::{ratio_of_spreads, repeats};
 use crate::scan::Scan;
 use glam::DVec3;
@@ -13,7 +14,6 @@ use gml_compiler::program::Quantity;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::Distribution;
-use std::sync::atomic::{AtomicU32, Ordering};
 
 /// Options that keep the model where it is, so that a fit takes no longer than it must.
 fn still() -> FitOptions {
@@ -253,21 +253,11 @@ fn bounded_losses_ignore_what_squares_do_not() {
     assert!(huber > 0.002 && huber < 0.05, "{huber}");
 }
 
-/// Cancels when it has been asked often enough.
-struct Impatient(AtomicU32);
-
-impl Progress for Impatient {
-    fn report(&self, _: &str, _: f64, _: &str) {}
-    fn cancelled(&self) -> bool {
-        self.0.fetch_add(1, Ordering::Relaxed) > 15
-    }
-}
-
 #[test]
 fn an_interrupted_fit_has_the_best_so_far() {
     let scan = scan_of(&simple(Simple::Torus, &[47.0, 9.0]), &[47.0, 9.0], 0.05, 3000, 9);
     let model = simple(Simple::Torus, &[40.0, 12.0]);
-    let result = fit(&model, &scan, &FitOptions::default(), &Impatient(AtomicU32::new(0))).unwrap();
+    let result = fit(&model, &scan, &FitOptions::default(), &Until::asked(16)).unwrap();
     assert!(result.interrupted && !result.converged && result.parameters.len() == 2, "{result:?}");
     assert!(result.warnings.iter().any(|w| w.contains("interrupted")), "{result:?}");
     assert!(result.parameters.iter().all(|p| p.without_sd == Some(WithoutSd::Interrupted)), "{result:?}");

@@ -128,10 +128,10 @@ impl Grid {
 
 /// Whether a step runs around beside a section.
 struct BesideStep {
-    /// What the filter does not follow differs around it by more than noise. What is the same all around is no step: a
-    /// bent profile.
+    /// The difference between the filter and a short one varies around the section by more than noise. One that is the
+    /// same all around is that of a bent profile, and no step.
     is_uneven: bool,
-    /// So it does, mostly to one side.
+    /// It varies, and is clearly to one side on much of the section.
     is_clear: bool,
 }
 

@@ -62,9 +62,6 @@ const UNTURNED: f32 = 0.9999;
 /// at a cut-off of 9 mm.
 const BESIDE_GAP: f64 = 0.25;
 
-/// Standard uncertainties from which on a width is clearly more than noise.
-const CLEARLY: f64 = 2.0;
-
 /// The deviation of a part from its form.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FormDeviation {
@@ -170,7 +167,7 @@ pub struct Roundness {
     pub in_plane: [f64; 2],
     /// Position of the worst section: a point of the axis, in the scan's coordinates. Millimetres.
     pub at: [f64; 3],
-    /// Number of sections with values all around.
+    /// Number of sections with values all around, and beside which no step runs around.
     pub sections: usize,
     /// Median over the sections of the narrowest ring's width. Millimetres.
     pub median: f64,
@@ -226,12 +223,11 @@ pub(in crate::variance) fn form_deviations(
         let left_out = form.left_out();
         if let Some(zone) = &mut form.zone {
             let is_beside = |at: &[f64; 3]| gaps.iter().any(|gap| gap.distance((*at).into()) < BESIDE_GAP * cutoff);
-            let WithoutNoise { corrected, uncertainty, .. } = zone.without_noise;
             // Where nearly all of a surface is exact, as between two meshes, what is not is left out as stray points
             // are.
             let is_partial = left_out > MANY_LEFT_OUT;
-            zone.lower_limit =
-                is_partial || corrected > CLEARLY * uncertainty && (zone.lower_limit || zone.at.iter().any(is_beside));
+            zone.lower_limit = is_partial
+                || zone.without_noise.is_clearly_above(0.0) && (zone.lower_limit || zone.at.iter().any(is_beside));
         }
         Some(form)
     };

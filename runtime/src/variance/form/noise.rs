@@ -16,8 +16,8 @@ const ROUNDS: usize = 40;
 const VALUES: usize = 1_000_000;
 const FEWEST_ROUNDS: usize = 8;
 
-/// The cut-off of a short filter, in distances between the scan's points: it follows what a usual one does not, and
-/// still takes half of the noise.
+/// The cut-off of a short filter, in distances between the scan's points: it follows the surface where a usual one does
+/// not, and still takes half of the noise.
 const SHORT: f64 = 3.0;
 
 /// Where a filter overshoots its values are held between those of the cells about them, without so many standard
@@ -52,13 +52,23 @@ pub struct WithoutNoise {
     pub uncertainty: f64,
 }
 
+/// Standard uncertainties from which on a width is clearly another one.
+const CLEARLY: f64 = 2.0;
+
+impl WithoutNoise {
+    /// Whether the width is clearly more than another one. Millimetres.
+    pub(in crate::variance) fn is_clearly_above(&self, width: f64) -> bool {
+        self.corrected - CLEARLY * self.uncertainty > width
+    }
+}
+
 /// Noise of a part's cells.
 pub(super) struct Simulation {
     /// By round, the noise of each cell. Millimetres.
     noise: Vec<Vec<f64>>,
     /// By cell, the standard deviation of its noise. Millimetres.
     sds: Vec<f64>,
-    /// The cut-off of a filter that just takes most noise away, but not more than that of the form. Millimetres.
+    /// The cut-off of the short filter, not more than that of the form. Millimetres.
     short: f64,
 }
 

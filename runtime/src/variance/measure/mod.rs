@@ -170,6 +170,7 @@ pub fn measure(
     let noise = ScanNoise { sd: deviations.noise, density: scanned.density() };
     let forms = form_deviations(&deviations, &shapes, noise, options.form_cutoff);
     report.parts.iter_mut().zip(forms).for_each(|(part, form)| part.form = form);
+    unless_cancelled(progress)?;
     let grounds = Grounds { deviations: &deviations, scanned, fit, options: options.verdict };
     let conformance = grounds.assess(&mut report);
     unless_cancelled(progress)?;

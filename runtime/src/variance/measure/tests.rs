@@ -2,21 +2,10 @@
 
 use super::*;
 use crate::model::Fineness;
+use crate::progress::tests::Until;
 use crate::scan::from_mesh;
 use gml_compiler::program::{Options, compile};
 use gml_compiler::source::{NoFiles, SourceFile};
-use std::sync::atomic::{AtomicUsize, Ordering};
-
-/// Cancelled from a certain question on.
-struct Until(AtomicUsize);
-
-impl Progress for Until {
-    fn report(&self, _: &str, _: f64, _: &str) {}
-
-    fn cancelled(&self) -> bool {
-        self.0.fetch_update(Ordering::Relaxed, Ordering::Relaxed, |left| left.checked_sub(1)).is_err()
-    }
-}
 
 #[test]
 fn a_measurement_ends_after_any_stage_and_never_with_half_a_result() {
@@ -29,7 +18,7 @@ fn a_measurement_ends_after_any_stage_and_never_with_half_a_result() {
     let options =
         MeasureOptions { resolution: crate::variance::Resolution::Side(32), device: Device::Cpu, ..Default::default() };
     let reference = Reference::Model { model: &program, x: &[20.0], motion: crate::model::Motion::IDENTITY };
-    let run = |questions| measure(reference, &scan, None, &options, &Until(AtomicUsize::new(questions)));
+    let run = |questions| measure(reference, &scan, None, &options, &Until::asked(questions));
     let questions = (0..100).take_while(|questions| match run(*questions) {
         Ok(_) => false,
         Err(error) => {

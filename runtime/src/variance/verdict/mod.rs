@@ -14,7 +14,7 @@ pub use measures::{Dimension, DimensionVerdict};
 pub use rule::{DecisionRule, Outcome};
 
 use super::detection::surface_variances;
-use super::form::{FormDeviation, WithoutNoise};
+use super::form::FormDeviation;
 use super::moments::null_as_nan;
 use super::report::PartStatistics;
 use super::scanned::Scanned;
@@ -53,9 +53,6 @@ const FEWEST_FOOTPRINTS: usize = 4;
 
 /// A footprint has at least so many texels.
 const TEXELS: f64 = 16.0;
-
-/// A form is wider than a tolerance for certain by so many standard uncertainties.
-const CERTAIN: f64 = 2.0;
 
 /// Texels of a footprint whose triangles say how far the scan's points are apart.
 const SAMPLES: usize = 9;
@@ -218,9 +215,9 @@ impl Grounds<'_> {
             }
         }
         if assessed.verdict.outcome == Outcome::Conforms && !is_chosen {
-            let reasons =
+            let reason =
                 form.and_then(|form| wider(form, tolerance, area)).or_else(|| self.strip(&assessed, tolerance, area));
-            reasons.into_iter().for_each(|reason| assessed.verdict.doubt(reason));
+            reason.into_iter().for_each(|reason| assessed.verdict.doubt(reason));
         }
         assessed
     }
@@ -371,12 +368,11 @@ impl Grounds<'_> {
 /// footprint the half.
 fn wider(form: &FormDeviation, tolerance: Tolerance, footprint: f64) -> Option<String> {
     let zone = form.zone.as_ref()?;
-    let WithoutNoise { corrected, uncertainty, .. } = zone.without_noise;
     let room = tolerance.upper - tolerance.lower;
-    (corrected - CERTAIN * uncertainty > room).then(|| {
+    zone.without_noise.is_clearly_above(room).then(|| {
         format!(
-            "its {} of {corrected:.3} mm is more than the {room:.3} mm of its tolerance: what deviates is narrower than half a footprint of {footprint:.1} mm2, and a smaller --footprint judges it",
-            zone.characteristic
+            "its {} of {:.3} mm is more than the {room:.3} mm of its tolerance: what deviates is narrower than half a footprint of {footprint:.1} mm2, and a smaller --footprint judges it",
+            zone.characteristic, zone.without_noise.corrected
         )
     })
 }

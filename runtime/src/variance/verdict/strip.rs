@@ -46,9 +46,9 @@ pub(super) fn largest(
 
 fn strip(points: Vec<&Point>) -> Strip {
     let area: f64 = points.iter().map(|p| p.area).sum();
-    let mean = |of: &dyn Fn(&Point) -> f64| points.iter().map(|p| p.area * of(p)).sum::<f64>() / area;
+    let deviation = points.iter().map(|p| p.area * p.deviation).sum::<f64>() / area;
     let middle = points.iter().map(|p| p.area * p.place.position).sum::<DVec3>() / area;
-    Strip { area, deviation: mean(&|p| p.deviation), middle }
+    Strip { area, deviation, middle }
 }
 
 /// Points in pieces that are connected over less than two distances between the scan's points, each to one side.

@@ -224,12 +224,11 @@ model m {
     }
 }
 
-/// A collar of 1 mm at the end of a post: the zone was 1.25 mm wide, where the filter goes on from the step to the rim,
-/// and sections beside the step were out of round by what the scan's points made of it.
+/// Collars at the end of a post, which the filter made higher than they are between step and rim, as it made sections
+/// beside the step out of round (decision 0048).
 #[test]
 fn a_collar_at_a_rim_is_as_high_as_it_is_and_all_sections_are_round() {
     let text = "use std.surface (disc, flip)
-use std.frame (translate)
 model m {
   param a: length = 0mm
   let radius = |h: length| 14mm + if h > 36mm { a } else { 0mm }
